@@ -189,7 +189,7 @@ def test_interrupted_import_leaves_the_log_that_was_there(tmp_path: Path) -> Non
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
-    assert (process.returncode, said.strip()) == (130, b"interrupted")
+    assert process.returncode == 130 and said.splitlines()[-1] == b"interrupted"
     assert output.read_bytes() == before
     assert sorted(file.name for file in tmp_path.iterdir()) == ["map.yaml", "run.mcap", "table.csv"]
 

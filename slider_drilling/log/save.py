@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from slider_drilling.log.import_record import RECORD
-from slider_drilling.log.series import LogContents
+from slider_drilling.log.series import Array, LogContents
 from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.decoder import Integers
 from slider_drilling.messages.topics import TOPICS
 
 
@@ -32,19 +33,21 @@ def save_log(
     Raises:
         InputError: The file cannot be written.
     """
-    held = log.series()
-    entries = sorted(
-        (float(arrival), key, index) for key, series in held.items() for index, arrival in enumerate(series.arrival)
-    )
-    numbers = {
-        key: np.column_stack([getattr(series, logged.array) for logged in TOPICS[key].message_type().logged])
-        for key, series in held.items()
-    }
+    parts = [
+        (
+            TOPICS[key],
+            _nanoseconds(log, series.time),
+            np.column_stack([getattr(series, logged.array) for logged in TOPICS[key].message_type().logged]),
+            _nanoseconds(log, series.arrival),
+        )
+        for key, series in log.series().items()
+    ]
     with LogWriter(path, log.rig_text, recorded_by, notes, whole=True) as writer:
         if log.imported is not None:
             writer.add_metadata(RECORD, log.imported.to_metadata())
-        for count, (arrival, key, index) in enumerate(entries):
-            stamp = log.start + float(held[key].time[index])
-            writer.sample(TOPICS[key], stamp, numbers[key][index].tolist(), log.start + arrival)
-            if progress is not None and count % 1000 == 0:
-                progress(count, len(entries))
+        writer.samples(parts, progress)
+
+
+def _nanoseconds(log: LogContents, time: Array) -> Integers:
+    """Times of a log, s since its start, as ns since the epoch."""
+    return log.start_ns + np.round(time * 1e9).astype(np.int64)

@@ -7,10 +7,12 @@ import datetime
 import math
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+
+import numpy as np
 
 from slider_drilling import __version__
 from slider_drilling.console.printable import printable
@@ -18,6 +20,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import commit_part_file, create_part_file
 from slider_drilling.log.mcap_writer import CHUNK_BYTES, McapWriter
 from slider_drilling.messages import cdr
+from slider_drilling.messages.decoder import Array, Integers
 from slider_drilling.messages.health import Status
 from slider_drilling.messages.message_types import (
     DIAGNOSTIC_ARRAY,
@@ -33,6 +36,7 @@ FLUSH_PERIOD = 0.5
 # Chunk size of a log that is made from another, bytes: three seconds of a rig's channels at 10 Hz, since a damaged
 # chunk is lost as a whole. Chunks of a recording are bounded by FLUSH_PERIOD, too.
 WHOLE_CHUNK = 16 * 1024
+_BATCH = 5000  # messages between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -166,6 +170,47 @@ class LogWriter:
         """
         stamp = nanoseconds(stamp_s)
         self._write(topic.name, topic.type, cdr.encode_numbers(topic, stamp, numbers), stamp, log_time_s)
+
+    def samples(
+        self,
+        parts: Sequence[tuple[Topic, Integers, Array, Integers]],
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        """Write messages of several registered topics, in the order in which they arrived.
+
+        Args:
+            parts: For each topic: its entry; when each sample was measured, ns, (n,); the numbers of each as for
+                `sample`, (n, k); when each arrived, ns, (n,).
+            progress: Called with the number of messages written so far and of all.
+
+        Raises:
+            InputError: A topic's type is another one, a time is out of range, or the file cannot be written.
+        """
+        channels, sequences, times, data = [], [], [], []
+        for topic, stamps, numbers, arrivals in parts:
+            if len(arrivals) and not 0 <= arrivals.min() <= arrivals.max() < 2**63 - 1:
+                raise InputError(f"{self.path}: {topic.name}: log times are out of range; give 0 to 2^63 ns")
+            name = _absolute(topic.name)
+            if name not in self._channels:
+                self.declare(name, topic.type, MESSAGE_TYPES[topic.type].definition)
+            first = self._sequence.get(name, 0)
+            self._sequence[name] = first + len(stamps)
+            channels.append(np.full(len(stamps), self._channels[name]))
+            sequences.append(first + np.arange(len(stamps)))
+            times.append(arrivals)
+            data += cdr.encode_rows(topic, stamps, numbers)
+        every = np.concatenate([*times, np.empty(0, dtype=np.int64)])
+        order = np.argsort(every, kind="stable")
+        channel, sequence = (np.concatenate([*part, np.empty(0, dtype=np.int64)]) for part in (channels, sequences))
+        with self._ending_on_failure():
+            for start in range(0, len(order), _BATCH):
+                batch = order[start : start + _BATCH]
+                self._file.messages_in_order(
+                    channel[batch].tolist(), sequence[batch].tolist(), every[batch].tolist(),
+                    [data[index] for index in batch.tolist()],
+                )  # fmt: skip
+                if progress is not None:
+                    progress(start, len(order))
 
     def joint_state(
         self,

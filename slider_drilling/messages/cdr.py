@@ -15,8 +15,19 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from slider_drilling.errors import InputError
-from slider_drilling.messages.decoder import LITTLE_ENDIAN, NANO, PRIMITIVES, CdrReader, TopicDecoder, padding
+from slider_drilling.messages.decoder import (
+    LITTLE_ENDIAN,
+    NANO,
+    PRIMITIVES,
+    Array,
+    CdrReader,
+    Integers,
+    TopicDecoder,
+    padding,
+)
 from slider_drilling.messages.message_types import (
     DIAGNOSTIC_ARRAY,
     FIELDS,
@@ -38,6 +49,7 @@ class _Packer:
     def __init__(self) -> None:
         self.format = "<4s"
         self.values: list[Any] = [LITTLE_ENDIAN]
+        self.offsets: list[int] = []  # of the numbers that each message fills in
         self._size = 4
 
     def put(self, kind: str, value: Any) -> None:
@@ -59,6 +71,8 @@ class _Packer:
     def _put_primitive(self, code: str, size: int, value: Any) -> None:
         gap = padding(self._size, size)
         self.format += f"{gap}x{code}" if gap else code
+        if value is _NUMBER:
+            self.offsets.append(self._size + gap)
         self.values.append(value)
         self._size += gap + size
 
@@ -72,6 +86,7 @@ class _Template:
         self._pack = struct.Struct(packer.format).pack
         self._values = packer.values
         self._slots = [index for index, filled in enumerate(packer.values) if filled is _NUMBER][2:]
+        self._offsets = packer.offsets
 
     def encode(self, stamp_ns: int, numbers: Sequence[float]) -> bytes:
         """The message with these numbers in the places left open, in order."""
@@ -80,6 +95,19 @@ class _Template:
         for slot, number in zip(self._slots, numbers, strict=True):
             values[slot] = number
         return self._pack(*values)
+
+
+    def encode_rows(self, stamps_ns: Integers, numbers: Array) -> list[bytes]:
+        """A message for each row of numbers, (n, k), with the stamps (n,) in ns."""
+        empty = np.frombuffer(self.encode(0, [0.0] * numbers.shape[1]), dtype=np.uint8)
+        rows = np.tile(empty, (len(stamps_ns), 1))
+        seconds, rest = np.divmod(stamps_ns, NANO)
+        for offset, part in zip(self._offsets, (seconds.astype("<i4"), rest.astype("<u4")), strict=False):
+            rows[:, offset : offset + 4] = np.ascontiguousarray(part).view(np.uint8).reshape(-1, 4)
+        for offset, column in zip(self._offsets[2:], numbers.T, strict=True):
+            rows[:, offset : offset + 8] = column.astype("<f8").view(np.uint8).reshape(-1, 8)
+        text, size = rows.tobytes(), len(empty)
+        return [text[start : start + size] for start in range(0, len(text), size)]
 
 
 @functools.cache
@@ -130,6 +158,33 @@ def encode_numbers(topic: Topic, stamp_ns: int, numbers: Sequence[float]) -> byt
             for part, number, nan in zip(logged, numbers, unknown, strict=True)
         ],
     )
+
+
+def encode_rows(topic: Topic, stamps_ns: Integers, numbers: Array) -> list[bytes]:
+    """The messages that `encode_numbers` would give, of many rows at once.
+
+    Args:
+        topic: Of a type whose numbers a log keeps.
+        stamps_ns: Times of the measurements, ns, (n,).
+        numbers: SI, NaN where one is not given, (n, k).
+
+    Raises:
+        InputError: The topic's type is another one.
+    """
+    logged = topic.message_type().logged
+    if topic.type != JOINT_STATE:
+        unknown_is_zero = np.array([part.zero_is_unknown for part in logged])
+        filled = np.where(np.isnan(numbers) & unknown_is_zero, 0.0, numbers)
+        return _number_template(topic.type, topic.joint, (True,) * len(logged)).encode_rows(stamps_ns, filled)
+    messages: list[bytes] = [b""] * len(stamps_ns)
+    given = ~np.isnan(numbers)
+    for held in np.unique(given, axis=0):
+        rows = np.flatnonzero((given == held).all(axis=1))
+        template = _number_template(topic.type, topic.joint, tuple(held.tolist()))
+        encoded = template.encode_rows(stamps_ns[rows], numbers[rows][:, held])
+        for row, message in zip(rows.tolist(), encoded, strict=True):
+            messages[row] = message
+    return messages
 
 
 def encode_joint_state(

@@ -251,9 +251,10 @@ def cells_of_lines(path: Path, lines: Iterator[str], delimiter: str, skip: int) 
     row_start = skip + 1
     try:
         for row in reader:
-            if any(word.count("\n") > _MAX_CELL_LINES for word in row):
+            long = skip + reader.line_num - row_start > _MAX_CELL_LINES
+            if long and any(word.count("\n") > _MAX_CELL_LINES for word in row):
                 raise csv.Error(f"a cell of more than {_MAX_CELL_LINES} lines")
-            if any(row) and any(word.strip() for word in row):
+            if (row and row[0].strip()) or any(word.strip() for word in row):
                 yield skip + reader.line_num, row
                 row_start = skip + reader.line_num + 1
     except csv.Error as error:

@@ -38,7 +38,7 @@ from slider_drilling.table_import.mapping import (
 from slider_drilling.table_import.mnemonics import DATE_HEADS, plain_head
 from slider_drilling.table_import.numbers import Numbers, numbers
 from slider_drilling.table_import.open_table import open_table
-from slider_drilling.table_import.recognise import mapping_text, mark_unsigned, recognise
+from slider_drilling.table_import.recognise import Recognised, mapping_text, mark_unsigned, recognise
 from slider_drilling.table_import.rocking_signs import signed_by
 from slider_drilling.table_import.source import Table, TableSource
 from slider_drilling.table_import.times import NO_TIME, SECOND, ClockNotes, read_stamps
@@ -122,36 +122,35 @@ def import_table(
         mapping = load_mapping(mapping_path)
         source = open_table(table_path, mapping.layout, wits_units)
         text = read_text(mapping_path, "mapping file")
+        if time_zone:
+            mapping = replace(mapping, layout=replace(mapping.layout, time_zone=time_zone))
+        mapping = _with_date_column(mapping, source, found)
+        _check_columns(mapping, source)
+        table = source.read(mapping.columns(), rows)
     else:
         source = open_table(table_path, None, wits_units)
-        mapping, text = _recognised(source, printable(str(path)), units or {}, rig_text is not None, time_zone, found)
-    if time_zone:
-        mapping = replace(mapping, layout=replace(mapping.layout, time_zone=time_zone))
-    if mapping_path is not None:
-        mapping = _with_date_column(mapping, source, found)
-    log = _Import(source, mapping, rows, found).log(rig_text, rig_path)
-    return ImportedTable(log, text)
+        recognised = recognise(source, printable(str(path)), units or {}, rig_text is not None)
+        if time_zone:
+            recognised.tree = {**recognised.tree, "time_zone": time_zone}
+        mapping = recognised.mapping(printable(str(path)))
+        _check_columns(mapping, source)
+        table = source.read(mapping.columns(), rows)
+        mapping = _with_unsigned(recognised, mapping, table, found)
+        text = mapping_text(recognised.tree, printable(str(path)))
+    return ImportedTable(_Import(source, table, mapping, found).log(rig_text, rig_path), text)
 
 
-def _recognised(
-    source: TableSource, name: str, units: Mapping[str, str], has_rig: bool, time_zone: str, found: _Findings
-) -> tuple[TableMapping, str]:
-    """The mapping of a table by its heads, and its text."""
-    recognised = recognise(source, name, units, has_rig)
-    if time_zone:
-        recognised.tree = {**recognised.tree, "time_zone": time_zone}
-    mapping = recognised.mapping(name)
+def _with_unsigned(recognised: Recognised, mapping: TableMapping, table: Table, found: _Findings) -> TableMapping:
+    """The recognised mapping with channels marked that have lost their sign."""
     wanted: list[str] = [key for key in UNSIGNED if key in mapping.channels]
-    channels = {key: mapping.channels[key] for key in wanted}
-    table = source.read(list(dict.fromkeys(entry.column for entry in channels.values())), None) if channels else None
-    if table is not None:
-        values = {key: numbers(table, entry.column, mapping.layout.null_values, AUTO).values
-                  for key, entry in channels.items()}  # fmt: skip
-        if mark_unsigned(recognised.tree, values, recognised.notes):
-            mapping = recognised.mapping(name)
+    values = {
+        key: numbers(table, mapping.channels[key].column, mapping.layout.null_values, AUTO).values for key in wanted
+    }
+    if mark_unsigned(recognised.tree, values, recognised.notes):
+        mapping = recognised.mapping(mapping.source)
     for note in recognised.notes:
         found.add("columns", note)
-    return mapping, mapping_text(recognised.tree, name)
+    return mapping
 
 
 def _with_date_column(mapping: TableMapping, source: TableSource, found: _Findings) -> TableMapping:
@@ -170,15 +169,12 @@ def _with_date_column(mapping: TableMapping, source: TableSource, found: _Findin
 class _Import:
     """One table on its way into a log."""
 
-    def __init__(
-        self, source: TableSource, mapping: TableMapping, rows: tuple[int, int] | None, found: _Findings
-    ) -> None:
+    def __init__(self, source: TableSource, table: Table, mapping: TableMapping, found: _Findings) -> None:
         self.mapping, self.found = mapping, found
         self.delimiter = source.format.delimiter if isinstance(source, TextTable) else ""
         self.nulls = (*mapping.layout.null_values, *source.heads.nulls)
         date_order = mapping.layout.time.date_order or source.heads.date_order
-        _check_columns(mapping, source)
-        self.table: Table = source.read(mapping.columns(), rows)
+        self.table = table
         for note in self.table.notes:
             found.add("table", note)
         self.read: dict[str, Numbers] = {}
