@@ -19,6 +19,7 @@ from slider_drilling.gap.selection.refit import (
     check_adequacy,
     cross_validate,
     finish_and_cross_validate,
+    no_worse_than_given,
     score_nominal,
 )
 from slider_drilling.gap.selection.state import SearchState
@@ -72,6 +73,9 @@ def calibrate(
             fitted = finish_and_cross_validate(free_run, (), other, bootstrap.folds)
             adequacy = check_adequacy(fitted, seed, effects)
     nominal = score_nominal(free_run, fitted)
+    kept = no_worse_than_given(fitted, nominal)
+    if kept is not fitted:
+        fitted, adequacy = kept, check_adequacy(kept, seed, effects)
     within = all(nominal.by_channel[name] <= limit for name, limit in adequacy.channel_thresholds.items())
     modes: tuple[Problem, ...] = (free_run,)
     if _can_be_observed(model):

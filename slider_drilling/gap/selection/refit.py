@@ -46,6 +46,21 @@ def score_nominal(problem: Problem, calibrated: FittedModel) -> HeldOutScore:
     return score_residual(exact, residual, replace(calibrated.fit, discrepancy=exact.cost(residual)[1]))
 
 
+def no_worse_than_given(calibrated: FittedModel, nominal: HeldOutScore) -> FittedModel:
+    """The calibrated model, or the model as given where calibration made the gap larger.
+
+    The likelihood lets slow discrepancies pass. Where the model is far off, its optimum can therefore follow what is
+    fast and leave a larger gap than the model as given.
+    """
+    if calibrated.score.gap <= nominal.gap:
+        return calibrated
+    given = calibrated.problem.corrected_at({}, fit_fidelity(calibrated.problem.model))
+    unchanged = {parameter.name: parameter.nominal for parameter in calibrated.fit.parameters}
+    return replace(
+        calibrated, problem=given, fit=fit(given, calibrated.fit.parameters, unchanged, iterations=0), score=nominal
+    )
+
+
 def refit(problem: Problem, model: FittedModel, folds: Folds) -> FittedModel:
     """The model fitted and cross-validated in another problem, from its present values."""
     problem = problem.at_fidelity_of(model.effects)
@@ -59,8 +74,9 @@ def rescore(
     """The state with its models fitted and scored in another problem, and other models likewise."""
     own = [state.calibrated] if state.current is state.calibrated else [state.calibrated, state.current]
     refitted = parallel_map(lambda model: refit(problem, model, state.bootstrap.folds), [*own, *others])
-    calibrated, current = refitted[0], refitted[len(own) - 1]
-    nominal = score_nominal(problem, calibrated)
+    nominal = score_nominal(problem, refitted[0])
+    calibrated = no_worse_than_given(refitted[0], nominal)
+    current = calibrated if len(own) == 1 else refitted[1]
     return replace(state, calibrated=calibrated, current=current, nominal_score=nominal), refitted[len(own) :]
 
 
@@ -88,9 +104,12 @@ def improve_incumbent(state: SearchState, leader: FittedModel, remaining: Sequen
     adequacy = check_adequacy(better, seed, remaining)
     if incumbent is not state.calibrated:
         return replace(state, current=better, adequacy=adequacy)
+    nominal = score_nominal(better.problem, better)
+    if better.score.gap > nominal.gap:
+        return state
     return replace(
-        state, nominal_score=score_nominal(better.problem, better), calibrated=better, current=better,
-        adequacy=adequacy, calibrated_adequacy=adequacy,
+        state, nominal_score=nominal, calibrated=better, current=better, adequacy=adequacy,
+        calibrated_adequacy=adequacy,
     )  # fmt: skip
 
 
