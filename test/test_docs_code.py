@@ -32,7 +32,8 @@ def blocks(page: Path, language: str) -> list[str]:
 
 def command_lines(page: Path) -> list[list[str]]:
     """The arguments of every `slider-drilling` line in an indented or fenced block."""
-    text, joined = page.read_text(), []
+    # A line that ends in a backslash goes on in the next one.
+    text, joined = re.sub(r" *\\\n *", " ", page.read_text()), []
     for _, code in FENCE.findall(text):
         joined += code.splitlines()
     joined += [line[4:] for line in FENCE.sub("", text).splitlines() if line.startswith("    ")]

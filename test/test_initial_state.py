@@ -109,7 +109,7 @@ def test_diagnosis_fits_initial_state_and_skips_transient(late_log):
     assert PERIOD < begin <= 0.2 * 130.0
     assert all(channel.time[0] >= begin for channel in prepared.model.runs[0].channels)
     assert {"start_weight", "start_drag", "start_hold"} <= {parameter.name for parameter in prepared.model.nuisance}
-    assert any("starts while the string is loaded" in remark for remark in prepared.remarks)
+    assert any("starts while the string is loaded" in str(remark) for remark in prepared.remarks)
 
 
 def test_loaded_string_at_rest_is_recognised(late_log):

@@ -95,7 +95,7 @@ def test_missing_pump_is_fitted_by_steps(without_pump):
     prepared = build_model([without_pump], RIG)
     names = {one.name for one in prepared.model.nuisance}
     assert {"pressure_lag", "circulation_step_1", "circulation_step_2"} <= names
-    text = " ".join(prepared.remarks)
+    text = " ".join(map(str, prepared.remarks))
     assert "pressure steps at" in text and "down to 93 %" in text
     model = replace(prepared.model, meshes=(ELEMENTS,))
     sets = [{}, {"circulation_step_2": 1e6}]
