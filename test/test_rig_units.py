@@ -99,7 +99,7 @@ def test_changed_number_is_assumed_no_longer() -> None:
         ("{value: 0.15, spread: -1}", "spread = -1: must be above 0"),
         ("{value: 0.15, spread: 0.1, because: x}", "axial_damping.because: unknown key"),
         ("{value: x, spread: 0.1}", "axial_damping = 'x': expected a number"),
-        ("{value: 0.15, spread: 3 psi}", "not a unit of this number; use Hz"),
+        ("{value: 0.15, spread: 3 psi}", "is a unit of pressure, not of frequency; use Hz"),
         ("{value: 0.15, spread: 0.1, assumed: maybe}", "assumed = 'maybe': expected true or false"),
     ],
 )

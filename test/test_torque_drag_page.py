@@ -106,7 +106,9 @@ def test_page_in_field_units(rig: Rig) -> None:
 def test_survey_table_in_feet(tmp_path: Path) -> None:
     path = tmp_path / "path.csv"
     path.write_text("Azimuth;MD [ft];Inclination;note\n30;1000;0;\n30;2000;45;kick-off\n\n35;3000;90;\n")
-    assert read_survey(path) == (
+    survey = read_survey(path)
+    assert survey.notes == ("begins at 304.8 m with 0 deg: taken as vertical from the surface to there",)
+    assert survey.stations == (
         (0.0, 0.0, 30.0), pytest.approx((304.8, 0.0, 30.0)), pytest.approx((609.6, 45.0, 30.0)),
         pytest.approx((914.4, 90.0, 35.0)),
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +19,6 @@ from slider_drilling.commands.weight_options import read_weights, weight_options
 
 if TYPE_CHECKING:
     from slider_drilling.api.torque_drag import TorqueDragResult
-    from slider_drilling.log import RigLog
-    from slider_drilling.rig import Rig
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -62,6 +61,7 @@ def command(
     the friction of cased and open hole; torque_drag.rig.yaml then is the rig file with it.
     """
     from slider_drilling.api.torque_drag import FRICTIONS, torque_drag
+    from slider_drilling.commands.torque_drag_rig import charted_rig
     from slider_drilling.console.streams import stderr
     from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.log import read_log
@@ -70,30 +70,16 @@ def command(
     written = [output / f"torque_drag.{suffix}" for suffix in ("html", "png", "csv", "rig.yaml")]
     check_outputs(written, (rig_path, log_path, survey_path, topics_path, weights["weights_path"]))
     log = None if log_path is None else read_log(log_path, rig_path, namespace, topics_path)
-    rig = _rig(rig_path, log, survey_path)
+    rig, remarks = charted_rig(rig_path, log, survey_path)
     result = torque_drag(
         rig, log=log, weights=read_weights(rig.string.length, weights), block_weight=weights["block_weight"],
         frictions=frictions or FRICTIONS, elements=elements, units=units,
     )  # fmt: skip
+    result = replace(result, notes=(*remarks, *result.notes))
     for note in (*result.notes, *(result.calibration.notes if result.calibration else ())):
         stderr().print(f"note: {note}")
     write_and_print(result.tree() if as_json else None, lambda: _print(result, units),
                     lambda: result.save(output, units, survey_path is not None))  # fmt: skip
-
-
-def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
-    import dataclasses
-
-    from slider_drilling.api.rigs import load_rig
-    from slider_drilling.rig import check_rig
-    from slider_drilling.wellbore.survey_table import read_survey
-
-    has_own = log is not None and (rig_path is not None or log.rig_text is not None)
-    rig = log.rig() if log is not None and has_own else load_rig(rig_path)
-    if survey_path is None:
-        return rig
-    well = dataclasses.replace(rig.well, survey=read_survey(survey_path), name="")
-    return check_rig(dataclasses.replace(rig, well=well), str(survey_path))
 
 
 def _print(result: TorqueDragResult, units: Units) -> None:

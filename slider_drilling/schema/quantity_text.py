@@ -45,8 +45,10 @@ def convert_quantity(number: float, unit: str, target: str, where: str) -> float
             return 1.0 / (number * factor) / KINDS[kind][target]
         if (factor := unit_factor(unit, kind)) is not None:
             return number * factor / KINDS[kind][target]
-    known = list(dict.fromkeys(name for kind in kinds for name in KINDS[kind])) or [target]
-    raise InputError(f"{where}: unit = {unit!r}: not a unit of this number; use {', '.join(known)}")
+    known = ", ".join(dict.fromkeys(name for kind in kinds for name in KINDS[kind])) or target
+    other = [kind for kind in KINDS if unit_factor(unit, kind) is not None]
+    fault = f"is a unit of {other[0]}, not of {kinds[0]}" if other and kinds else "not a unit of this number"
+    raise InputError(f"{where}: unit = {unit!r}: {fault}; use {known}")
 
 
 def read_quantity(text: str, target: str, where: str) -> float:

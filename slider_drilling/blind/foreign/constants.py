@@ -12,7 +12,14 @@ from slider_drilling.contact import friction_table
 from slider_drilling.drillstring import Modifiers
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.mesh import GRAVITY, Mesh, friction_factors, open_hole_fraction
+from slider_drilling.wellbore.mesh import (
+    GRAVITY,
+    Mesh,
+    friction_factors,
+    open_hole_fraction,
+    steel_area,
+    steel_polar_moment,
+)
 
 _STEP_SHARE = 0.85  # of the longest stable step
 # Stretch per load of the rig file's contact at which `Structure.presliding` is meant, 1/m (`model.md` section 2).
@@ -96,7 +103,7 @@ def element_constants(rig: Rig, mesh: Mesh, modifiers: Modifiers, structure: Str
     effects, steel, length = rig.effects, rig.string, mesh.length
     jointed = np.where(mesh.outer_radius < np.max(mesh.outer_radius) - 1e-9, 1.0, 0.0)
     heavier = 1.0 + structure.joint_weight * jointed
-    weight = GRAVITY * (steel.density - rig.mud.density) * mesh.area * length * heavier
+    weight = GRAVITY * (steel.density - rig.mud.density) * steel_area(rig, mesh) * length * heavier
     displaced = rig.mud.density * math.pi * mesh.outer_radius**2 * length
     axial = 2.0 * steel.youngs_modulus * mesh.area / length
     torsion = 2.0 * steel.shear_modulus * mesh.polar_moment / length
@@ -104,9 +111,9 @@ def element_constants(rig: Rig, mesh: Mesh, modifiers: Modifiers, structure: Str
     vertical, lateral, beam = _stiffened(rig, mesh, structure)
     bending = 4.0 * steel.youngs_modulus * mesh.second_moment
     return ElementConstants(
-        mass=steel.density * mesh.area * length * heavier + structure.added_mass * displaced,
+        mass=steel.density * steel_area(rig, mesh) * length * heavier + structure.added_mass * displaced,
         # Joints are wider than the pipe: what they add to its inertia counts about twice what it adds to its mass.
-        inertia=steel.density * mesh.polar_moment * length * (2.0 * heavier - 1.0),
+        inertia=steel.density * steel_polar_moment(rig, mesh) * length * (2.0 * heavier - 1.0),
         axial_spring=_in_series(axial),
         torsional_spring=_in_series(torsion),
         axial_load=weight * mesh.cosine + modifiers.axial_force,

@@ -1,0 +1,135 @@
+"""Surveys as planners and directional drillers write them."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.api.rigs import load_rig
+from slider_drilling.api.simulate import simulate
+from slider_drilling.commands.torque_drag import command
+from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.log.save import save_log
+from slider_drilling.wellbore.survey_table import read_survey
+
+SHORT = str(installed_file("config/rig.short.yaml"))
+STATIONS = ((0.0, 0.0, 60.0), (914.4, 0.0, 60.0), (1828.8, 90.0, 60.0))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "MD (ft),Inc (deg),Azi (deg)\n0,0,60\n3000,0,60\n6000,90,60\n",
+        "MD (ft);Inc (°);Azi (°)\n0;0;60\n3000,0;0,0;60,0\n6000,0;90,0;60,0\n",
+        "Measured Depth\tIncl\tAzim\nft\tdeg\tdeg\n0\t0\t60\n3000\t0\t60\n6000\t90\t60\n",
+        "Well: A-1\nRig: 7\n\nTVD (ft),MD (FT),INC,AZIMUTH\n0,0,0,60\n3000,3000,0,60\n4900,6000,90,60\n",
+        "MD [m],Inclination [rad],Azimuth\n0,0,60\n914.4,0,60\n1828.8,1.5707963267948966,60\n",
+        'MD (ft),Inc,Azi\n"0.0",0,60\n"3,000.0",0,60\n"6,000.0",90,60\n',
+        "Meas. Depth (ft) , Inc. (dega) , Azi. True (dega)\n0, 0, 60\n3000 ft, 0, 60\n6000, 90, 60\n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+def test_tables_of_planners_are_read(tmp_path: Path, content: str, encoding: str) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_bytes(content.encode(encoding))
+    survey = read_survey(path)
+    assert survey.stations == tuple(pytest.approx(row, abs=1e-9) for row in STATIONS)
+    assert survey.notes == ()
+
+
+def test_survey_feet_differ_from_feet(tmp_path: Path) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (usft),Inc (°),Azi (°)\n0,0,0\n9000,90,60\n")
+    assert read_survey(path).length == pytest.approx(9000.0 * 1200.0 / 3937.0)
+
+
+def test_sheet_of_a_book_is_read(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.title = "tally"
+    sheet = book.create_sheet("survey")
+    for row in (("MD [ft]", "Inc [deg]", "Azi [deg]"), (0, 0, 60), (3000, 0, 60), (6000, 90, 60)):
+        sheet.append(row)
+    book.save(tmp_path / "well.xlsx")
+    assert read_survey(tmp_path / "well.xlsx").stations == tuple(pytest.approx(row, abs=1e-9) for row in STATIONS)
+
+
+def test_hole_above_a_deep_survey_is_not_made_up(tmp_path: Path, shared_data: Path) -> None:
+    deep = shared_data / "found" / "survey_begins_deep" / "lateral.csv"
+    if not deep.is_file():
+        pytest.skip("no such input")
+    with pytest.raises(InputError, match="begins at 1200 m with 40 deg: the hole above it is not known"):
+        read_survey(deep)
+    nearly = tmp_path / "survey.csv"
+    nearly.write_text("MD (m),Inc,Azi\n300,1.5,60\n600,20,60\n")
+    survey = read_survey(nearly)
+    assert survey.stations[0] == (0.0, 0.0, 60.0)
+    assert survey.notes == ("begins at 300 m with 1.5 deg: taken as vertical from the surface to there",)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("MD (m),Inc,Azi,Azi Grid\n0,0,0,0\n10,0,0,0\n", "more than one of MD (m), Inc, Azi, Azi Grid is the azimuth"),
+        ("MD (m);Inc;Azi\n0;0;0\n1,000;0;0\n", "is its comma a decimal one"),
+        ("MD (m),Inc,Azi\n-10,0,0\n10,0,0\n", "must not be negative"),
+        ("MD (m),Inc,Azi\n0,0,0\n10,,0\n", "line 3: Inc = '': not a number"),
+        ("MD (m),Inc,Azi\n0,0,0\n10,nan,0\n", "line 3: Inc = 'nan': not a number"),
+        ("PK\x03\x04\x00\x00", "neither text nor an XLSX book"),
+    ],
+)
+def test_unclear_surveys_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as error:
+        read_survey(path)
+    assert said in str(error.value) and str(path) in str(error.value) and "\n" not in str(error.value)
+
+
+def outcome(tmp_path: Path, *arguments: str) -> tuple[list[str], str]:
+    """Notes of the JSON answer, and stderr."""
+    words = [*arguments, "-o", str(tmp_path / "out"), "--elements", "20", "--friction", "0.2", "--json"]
+    result = CliRunner().invoke(command, words, catch_exceptions=False)
+    return json.loads(result.stdout)["notes"], result.stderr
+
+
+def test_example_well_is_named(tmp_path: Path) -> None:
+    notes, printed = outcome(tmp_path)
+    assert notes == ["no rig file: this is the example well, not yours; give yours with --rig"]
+    assert notes[0] in printed
+    assert outcome(tmp_path, "--rig", SHORT)[0] == []
+
+
+def test_survey_on_the_examples_string_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (m),Inc,Azi\n0,0,0\n2000,0,0\n3000,90,0\n5000,90,0\n")
+    notes, _ = outcome(tmp_path, "--survey", str(path))
+    assert "string, mud, hole and casing are the example well's, not those of survey.csv" in notes[0]
+    assert notes[1] == "survey.csv reaches 5000 m, the example well's string 4000 m: the chart ends there"
+    path.write_text("MD (m),Inc,Azi\n0,0,0\n2000,90,0\n")
+    with pytest.raises(InputError, match="ends at 2000 m, but the example well's string reaches 4000 m; give a rig"):
+        outcome(tmp_path, "--survey", str(path))
+
+
+def test_log_of_another_well_is_named(tmp_path: Path) -> None:
+    log = simulate(load_rig("short"), "slider_drilling.control:SlideController", 5.0, elements=20).log
+    own, stranger = tmp_path / "own.mcap", tmp_path / "stranger.mcap"
+    save_log(log, own, "a recorder")
+    save_log(dataclasses.replace(log, rig_text=None), stranger, "a recorder")
+    assert outcome(tmp_path, "--log", str(own))[0] == []
+    notes, _ = outcome(tmp_path, "--log", str(stranger))
+    assert "has no rig file: its points are drawn on the example well" in notes[0]
+    assert "its bit is at 2600 m, the rig's string reaches 4000 m" in notes[1]
+
+
+def test_hook_load_of_another_string_is_named(tmp_path: Path) -> None:
+    log = simulate(load_rig("short"), "slider_drilling.control:SlideController", 5.0, elements=20).log
+    heavier = dataclasses.replace(log.draw_works, effort=log.draw_works.effort + 6e5)
+    save_log(dataclasses.replace(log, draw_works=heavier), tmp_path / "log.mcap", "a recorder")
+    (note,) = outcome(tmp_path, "--log", str(tmp_path / "log.mcap"))[0]
+    assert "another string, or the block's weight is in it" in note
