@@ -51,7 +51,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.syspath_prepend(tmp_path)
     for name in ("rig.yaml", "nominal.yaml"):
         (tmp_path / name).write_text(installed_file("config/rig.example.yaml").read_text())
-    (path,) = blocks(ROOT / "docs" / "how_to" / "pages.md", "csv")
+    path, *_ = blocks(ROOT / "docs" / "how_to" / "pages.md", "csv")
     (tmp_path / "path.csv").write_text(path)
     return tmp_path
 
