@@ -120,11 +120,9 @@ def _finite(value: Any) -> Any:
 
 
 def _print(day: DaySplit, units: Units) -> None:
+    from slider_drilling.commands.options import print_tables
     from slider_drilling.console.streams import stdout
-    from slider_drilling.pages.console_table import console_table
     from slider_drilling.rig_activities.report import slide_table, summary, total_table
 
     stdout().print(units.convert_text(summary(day)))
-    stdout().print(console_table(total_table(day), units))
-    if day.slides:
-        stdout().print(console_table(slide_table(day), units))
+    print_tables((total_table(day), *((slide_table(day),) if day.slides else ())), units)

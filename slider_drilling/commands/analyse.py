@@ -66,4 +66,4 @@ def _print(result: AnalysisResult, units: Units) -> None:
     from slider_drilling.analysis.report import analysis_study
     from slider_drilling.commands.options import print_tables
 
-    print_tables(analysis_study(result.analysis, units).tables)
+    print_tables(analysis_study(result.analysis, units).tables, units)

@@ -93,17 +93,13 @@ def print_written(paths: Iterable[Path]) -> None:
         stdout().print(f"wrote {path}")
 
 
-def print_tables(tables: Sequence[Table]) -> None:
-    """Print tables of a page."""
-    import rich.table
-
+def print_tables(tables: Sequence[Table], units: Units) -> None:
+    """Print tables of a page in these units."""
     from slider_drilling.console.streams import stdout
+    from slider_drilling.pages.console_table import console_table
 
     for table in tables:
-        printed = rich.table.Table(*table.header, title=str(table.caption))
-        for row in table.rows:
-            printed.add_row(*map(str, row))
-        stdout().print(printed)
+        stdout().print(console_table(table, units))
 
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

@@ -100,7 +100,7 @@ def command(
             record=Path(scratch) if record is None else record,
             target=None if target is None else math.remainder(math.radians(target), 2.0 * math.pi),
             controller=controller, seed=seed, elements=elements, settings=changed.settings, notes=changed.notes,
-            live=Address(live_host, live_port, live_token).checked() if live else None,
+            live=Address(live_host, live_port, live_token).checked() if live else None, units=units.name,
         )
         outcome = _run(plan)
         _report(outcome, record is not None, as_json, units)

@@ -99,4 +99,4 @@ def _print(result: TorqueDragResult, units: Units) -> None:
         table.add_row(name, *(f"{load:.1f}" for load in loads), format_number(turning, 4))
     stdout().print(table)
     if result.calibration is not None:
-        print_tables(calibration_tables(result.calibration, units))
+        print_tables(calibration_tables(result.calibration, units), units)

@@ -12,23 +12,25 @@ import numpy as np
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.rig import Rig
+from slider_drilling.units import SI, Units, split_label
 from slider_drilling.wellbore.well_path import WellPath
 
 MAX_SAMPLES_PER_FRAME = 400
+STRIPS = ("surface torque, kN m", "differential pressure, bar", "top drive, rad")
 _STATIONS = 161  # along the well
 _FRICTION_FACTOR = 0.235  # assumed until the controller publishes its own
 
 
-def samples_json(samples: Sequence[StripSample]) -> list[list[float | None]]:
-    """Time s, torque kN m, pressure bar and angle rad of each sample; of many, the extremes of torque are kept."""
+def samples_json(samples: Sequence[StripSample], units: Units = SI) -> list[list[float | None]]:
+    """Time, torque, pressure and angle of each sample, in the units of `STRIPS`; of many, the extremes of torque."""
     if len(samples) > MAX_SAMPLES_PER_FRAME:
         samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
     return [
         [
             round(sample.time, 3),
-            _rounded(sample.surface_torque / 1e3, 3),
-            _rounded(sample.differential_pressure / 1e5, 2),
-            _rounded(sample.top_drive_angle, 3),
+            _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
+            _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
+            _rounded(units.convert(sample.top_drive_angle, "rad"), 3),
         ]
         for sample in samples
     ]
@@ -62,21 +64,32 @@ def dial_json(state: LiveState) -> dict[str, Any]:
     }
 
 
-def rocking_json(state: LiveState) -> dict[str, Any]:
-    """Centre, amplitude and present angle of rocking, rad; its period, s."""
+def rocking_json(state: LiveState, units: Units = SI) -> dict[str, Any]:
+    """Centre, amplitude and present angle of rocking in the unit for rad; its period, s."""
     latest = state.latest_sample()
     return {
-        "centre": state.status_value("tool_face", "centre_rad"),
-        "amplitude": state.status_value("reach", "amplitude_rad"),
+        "centre": _converted(state.status_value("tool_face", "centre_rad"), "rad", units),
+        "amplitude": _converted(state.status_value("reach", "amplitude_rad"), "rad", units),
         "period": state.status_value("reach", "period_s"),
-        "angle": None if latest is None else _rounded(latest.top_drive_angle, 3),
+        "angle": None if latest is None else _rounded(units.convert(latest.top_drive_angle, "rad"), 3),
+    }
+
+
+def labels_json(units: Units = SI) -> dict[str, Any]:
+    """What the instruments write beside their numbers: titles and decimals of the strips, units of length and turn."""
+    return {
+        "strips": [units.convert_label(label) for label in STRIPS],
+        "digits": [0 if units.display_unit(split_label(label)[1]) in ("ft lbf", "psi") else 1 for label in STRIPS],
+        "length": units.display_unit("m"),
+        "turn": units.display_unit("rad"),
     }
 
 
 class StringView:
     """The string along its well: the path, and the rotation at each depth by the controller's torque and drag model."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, units: Units = SI) -> None:
+        self._units = units
         self._depth = np.linspace(0.0, rig.string.length, _STATIONS)
         _, position = WellPath.from_survey(rig.well.survey).interpolate(self._depth)
         horizontal = np.hypot(np.diff(position[:, 0]), np.diff(position[:, 1]))
@@ -86,27 +99,33 @@ class StringView:
         self._rotation: tuple[Any, dict[str, Any]] = (None, {})  # the statuses' values, and what follows from them
 
     def well_path_json(self) -> dict[str, Any]:
-        """Measured depth, horizontal departure and vertical depth of the stations, m."""
+        """Measured depth, horizontal departure and vertical depth of the stations, in the unit of length."""
         return {
-            "depth": _list(self._depth, 1),
-            "departure": _list(self._departure, 1),
-            "verticalDepth": _list(self._vertical_depth, 1),
+            "depth": _list(self._units.convert(self._depth, "m"), 1),
+            "departure": _list(self._units.convert(self._departure, "m"), 1),
+            "verticalDepth": _list(self._units.convert(self._vertical_depth, "m"), 1),
         }
 
     def rotation_json(self, state: LiveState) -> dict[str, Any]:
-        """The limits of the zones, m; amplitude of rocking and lag by the reactive torque at each station, rad."""
+        """The limits of the zones; amplitude of rocking and lag by the reactive torque at each station."""
         known = tuple(state.status_value(subject, key) for subject, key in (
             ("reach", "rocking_m"), ("reach", "reactive_from_m"), ("reach", "amplitude_rad"),
             ("tool_face", "reactive_torque_n_m"), ("reach", "friction_over_assumed")))  # fmt: skip
         if known == self._rotation[0]:
             return self._rotation[1]
         rocked_to, reactive_from, amplitude, torque, scale = known
-        rotation: dict[str, Any] = {"rocked_to": rocked_to, "reactive_from": reactive_from}
+        rotation: dict[str, Any] = {"rocked_to": _converted(rocked_to, "m", self._units),
+                                    "reactive_from": _converted(reactive_from, "m", self._units)}
         if amplitude is not None:
             remaining, lag = self._model.rotation_along(self._depth, amplitude, torque or 0.0, scale or 1.0)
-            rotation |= {"amplitude": _list(remaining, 3), "lag": _list(lag, 3)}
+            rotation |= {"amplitude": _list(self._units.convert(remaining, "rad"), 3),
+                         "lag": _list(self._units.convert(lag, "rad"), 3)}
         self._rotation = (known, rotation)
         return rotation
+
+
+def _converted(value: float | None, unit: str, units: Units) -> float | None:
+    return None if value is None else units.convert(value, unit)
 
 
 def _list(values: np.ndarray, digits: int) -> list[float]:

@@ -8,7 +8,7 @@ export default {
       <figure class="sd-panel"><canvas ref="strips" class="sd-strips"></canvas></figure>
       <figure class="sd-panel"><canvas ref="string" class="sd-string"></canvas></figure>
     </div>`,
-  props: { window: Number, maxSamples: Number },
+  props: { window: Number, maxSamples: Number, labels: Object },
   mounted() {
     this.history = new History(this.window, this.maxSamples);
     this.wellPath = null;
@@ -49,8 +49,8 @@ export default {
       if (!this.$refs.dial) return;
       const none = { target: null, estimate: null, spread: null, measured: [], truth: null };
       drawDial(this.$refs.dial, this.latest ? this.latest.dial : none);
-      drawStrips(this.$refs.strips, this.history, this.latest ? this.latest.rocking : null);
-      drawString(this.$refs.string, this.wellPath, this.latest ? this.latest.rotation : {});
+      drawStrips(this.$refs.strips, this.history, this.latest ? this.latest.rocking : null, this.labels);
+      drawString(this.$refs.string, this.wellPath, this.latest ? this.latest.rotation : {}, this.labels);
     },
   },
 };

@@ -12,8 +12,10 @@ from slider_drilling.live.state import MAX_SAMPLES, WINDOW
 class Instruments(Element, component="instruments.js", esm={"slider-drilling-live": "script"}):
     """Drawn in the browser from the frames that it gets."""
 
-    def __init__(self) -> None:
+    def __init__(self, labels: dict[str, Any]) -> None:
+        """Labels: of `frame.labels_json`."""
         super().__init__()
+        self._props["labels"] = labels
         self._props["window"] = WINDOW
         self._props["maxSamples"] = MAX_SAMPLES
 

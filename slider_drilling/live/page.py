@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from slider_drilling.live.frame import StringView, dial_json, rocking_json, samples_json
+from slider_drilling.live.frame import StringView, dial_json, labels_json, rocking_json, samples_json
 from slider_drilling.live.instruments import Instruments
 from slider_drilling.live.page_requests import (
     PageRequest,
@@ -21,6 +21,7 @@ from slider_drilling.live.page_requests import (
 )
 from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
+from slider_drilling.units import SI, Units
 
 TITLE = "Slide drilling"
 FRAME_PERIOD = 0.1  # s between frames of the instruments
@@ -29,19 +30,19 @@ _MARKS = {Level.OK: ("check_circle", "sd-ok"), Level.WARN: ("warning", "sd-warn"
 STYLE = Path(__file__).with_name("page.css")
 
 
-def register_page(state: LiveState, requests: RequestQueue) -> None:
+def register_page(state: LiveState, requests: RequestQueue, units: Units = SI) -> None:
     """Serve the page at `/`; every browser gets its own view."""
 
     @ui.page("/", title=TITLE)
     def page() -> None:
-        PageView(state, requests)
+        PageView(state, requests, units)
 
 
 class PageView:
     """One browser's view. It keeps what it has shown last, and nothing that grows."""
 
-    def __init__(self, state: LiveState, requests: RequestQueue) -> None:
-        self._state, self._requests = state, requests
+    def __init__(self, state: LiveState, requests: RequestQueue, units: Units = SI) -> None:
+        self._state, self._requests, self._units = state, requests, units
         self._sample_count = 0
         self._string_view: StringView | None = None
         self._last_notice = state.last_notice
@@ -53,7 +54,7 @@ class PageView:
         with ui.element("div").classes("sd-head"):
             ui.label(TITLE).classes("sd-title")
             self._facts = ui.label("waiting for the rig").classes("sd-fact").props("data-name=facts")
-        self._instruments = Instruments()
+        self._instruments = Instruments(labels_json(units))
         with ui.element("div").classes("sd-below"):
             self._make_controls()
             with ui.element("div").classes("sd-card"):
@@ -101,7 +102,7 @@ class PageView:
     def _send_frame(self) -> None:
         rig = self._state.rig
         if self._string_view is None and rig is not None:
-            self._string_view = StringView(rig)
+            self._string_view = StringView(rig, self._units)
             self._instruments.show_well_path(self._string_view.well_path_json())
         samples, self._sample_count = self._state.samples_after(self._sample_count)
         if not samples:
@@ -109,9 +110,9 @@ class PageView:
         rotation = self._string_view.rotation_json(self._state) if self._string_view is not None else {}
         self._instruments.draw(
             {
-                "samples": samples_json(samples),
+                "samples": samples_json(samples, self._units),
                 "dial": dial_json(self._state),
-                "rocking": rocking_json(self._state),
+                "rocking": rocking_json(self._state, self._units),
                 "rotation": rotation,
             }
         )
@@ -129,10 +130,10 @@ class PageView:
         if latest is None:
             return
         facts = [f"{latest.time:.0f} s"]
-        rocking = rocking_json(state)
+        rocking, turn = rocking_json(state, self._units), self._units.display_unit("rad")
         if rocking["centre"] is not None and rocking["amplitude"] is not None:
             facts.append(
-                f"rocking ±{rocking['amplitude']:.1f} rad about {rocking['centre']:.1f} rad"
+                f"rocking ±{rocking['amplitude']:.1f} {turn} about {rocking['centre']:.1f} {turn}"
                 + (f", {rocking['period']:.0f} s" if rocking["period"] is not None else "")
             )
         if math.isfinite(state.target):
@@ -163,23 +164,30 @@ class PageView:
             if key not in self._inputs:
                 self._inputs[key] = self._make_input(parameter)
             elif self._values[key] != parameter.value:
-                self._inputs[key].set_value(parameter.value)
+                self._inputs[key].set_value(parameter.value * self._display(parameter)[1])
             self._values[key] = parameter.value
+
+    def _display(self, parameter: LiveParameter) -> tuple[str, float]:
+        """The unit that a parameter is shown in, and what an SI value is multiplied with; degrees for a toolface."""
+        if parameter.unit == "rad" and "tool_face" in parameter.name:
+            return "deg", 180.0 / math.pi
+        return self._units.display_unit(parameter.unit), self._units.convert(1.0, parameter.unit)
 
     def _make_input(self, parameter: LiveParameter) -> Any:
         key = (parameter.node, parameter.name)
+        unit, size = self._display(parameter)
 
         def change() -> None:
-            value = field.value
-            if value is not None and value != self._values[key]:
-                self._send(SetParameter(*key, float(value)))
+            value = None if field.value is None else float(field.value) / size
+            if value is not None and not math.isclose(value, self._values[key], rel_tol=1e-6):
+                self._send(SetParameter(*key, value))
             # The value is unknown until the node confirms it.
             self._values[key] = math.nan
 
-        label = parameter.name.replace("_", " ") + ("" if parameter.unit == "-" else f", {parameter.unit}")
+        label = parameter.name.replace("_", " ") + ("" if unit == "-" else f", {unit}")
         with self._parameter_inputs:
-            field = ui.number(label, value=parameter.value, format="%.6g").props("dense")
-            limits = f"{parameter.low:g} to {parameter.high:g}"
+            field = ui.number(label, value=parameter.value * size, format="%.6g").props("dense")
+            limits = f"{parameter.low * size:.6g} to {parameter.high * size:.6g}"
             field.tooltip(f"{parameter.description}; {limits} ({parameter.node})")
             field.props(f"data-name=parameter-{parameter.name}")
             field.on("blur", change).on("keydown.enter", change)

@@ -13,6 +13,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.live.access import AccessControl, is_loopback
 from slider_drilling.live.page_requests import RequestQueue
 from slider_drilling.live.state import LiveState
+from slider_drilling.units import SI, Units
 
 LOCAL, PORT = "127.0.0.1", 8765
 _START_TIMEOUT = 30.0  # s, enough on a busy machine
@@ -46,7 +47,7 @@ class Address:
 class PageServer:
     """Serves the page until `stop`. Raises InputError if NiceGUI is not installed or the address is taken."""
 
-    def __init__(self, state: LiveState, requests: RequestQueue, address: Address) -> None:
+    def __init__(self, state: LiveState, requests: RequestQueue, address: Address, units: Units = SI) -> None:
         address = address.checked()
         try:
             import uvicorn
@@ -65,7 +66,7 @@ class PageServer:
         if address.token:
             self.url += f"?token={address.token}"
         application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        register_page(state, requests)
+        register_page(state, requests, units)
         ui.run_with(
             application,
             title=TITLE,

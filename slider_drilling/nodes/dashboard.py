@@ -28,6 +28,7 @@ from slider_drilling.nodes.parameters import NodeParameter, declare
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.rig import parse_rig
+from slider_drilling.units import UNITS
 
 CONTROLLER, RECORDER = "rocking_controller", "recorder"
 ADJUSTABLE_NODES = (CONTROLLER, "friction_simulator")
@@ -42,6 +43,7 @@ class Dashboard(Node):
     PARAMETERS = (
         NodeParameter("host", LOCAL, "address to serve on; addresses that other machines reach need the token"),
         NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
+        NodeParameter("units", "si", f"units of the page: {' or '.join(UNITS)}"),
         NodeParameter("token", "", "letters and digits that browsers on other machines must send; empty: generated"),
     )
 
@@ -49,13 +51,16 @@ class Dashboard(Node):
         """Serve the page. Raises InputError if a parameter cannot be used or the address is taken."""
         super().__init__(self.NAME, **node_options)
         values = declare(self, self.PARAMETERS)
+        if values["units"] not in UNITS:
+            raise InputError(f"dashboard: units = {values['units']!r}: must be {' or '.join(UNITS)}")
         self.state, self.requests = LiveState(), RequestQueue()
         self._subscribe()
         self._clients_by_service: dict[tuple[str, str], Any] = {}
         self._adjustable: dict[str, list[LiveParameter]] = {}  # by node
         steady_timer(self, REQUEST_PERIOD, self._serve_requests)
         steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
-        self._server = PageServer(self.state, self.requests, Address(values["host"], values["port"], values["token"]))
+        address = Address(values["host"], values["port"], values["token"])
+        self._server = PageServer(self.state, self.requests, address, UNITS[values["units"]])
         self.get_logger().info(f"live page: {self._server.url}")
 
     @property

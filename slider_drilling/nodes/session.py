@@ -42,6 +42,7 @@ class SessionOptions:
         settings: Of the controller.
         notes: For the log's metadata.
         live: Where to serve the live page; None: nowhere.
+        units: Of the live page, si or field.
     """
 
     rig: str = ""
@@ -56,6 +57,7 @@ class SessionOptions:
     settings: Mapping[str, float] = field(default_factory=dict)
     notes: str = ""
     live: Address | None = None
+    units: str = "si"
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def _run(
         recorder = make(Recorder, directory=str(options.record), rig=rig, notes=options.notes, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
         shutdown_request.raise_on_signals(TerminationSignal)
-    dashboard = None if options.live is None else _make_dashboard(make, options.live, announce)
+    dashboard = None if options.live is None else _make_dashboard(make, options.live, options.units, announce)
     controller = _make_controller(make, options)
     reporting = [node for node in (simulator, recorder, controller) if node is not None]
     nodes = reporting if dashboard is None else [*reporting, dashboard]
@@ -176,10 +178,12 @@ def _attached_rig(options: SessionOptions) -> str:
     return str(installed_file(EXAMPLE)) if options.plant and not options.rig else options.rig
 
 
-def _make_dashboard(make: Callable[..., Any], address: Address, announce: Callable[[str], None]) -> Any:
+def _make_dashboard(
+    make: Callable[..., Any], address: Address, units: str, announce: Callable[[str], None]
+) -> Any:
     from slider_drilling.nodes.dashboard import Dashboard
 
-    dashboard = make(Dashboard, host=address.host, port=address.port, token=address.token)
+    dashboard = make(Dashboard, host=address.host, port=address.port, token=address.token, units=units)
     announce(dashboard.url)
     return dashboard
 

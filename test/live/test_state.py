@@ -12,7 +12,14 @@ import pytest
 from slider_drilling.api.rigs import load_rig
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.interface import Level, Status
-from slider_drilling.live.frame import MAX_SAMPLES_PER_FRAME, StringView, dial_json, rocking_json, samples_json
+from slider_drilling.live.frame import (
+    MAX_SAMPLES_PER_FRAME,
+    StringView,
+    dial_json,
+    labels_json,
+    rocking_json,
+    samples_json,
+)
 from slider_drilling.live.page_requests import MAX_REQUESTS, RequestQueue, SetRocking, SetTarget
 from slider_drilling.live.state import (
     MAX_NOTICES,
@@ -23,6 +30,7 @@ from slider_drilling.live.state import (
     LiveParameter,
     LiveState,
 )
+from slider_drilling.units import FIELD
 
 TOOL_FACE = (
     ("estimate_deg", "370.0"),
@@ -164,3 +172,16 @@ def test_parameters_keep_their_latest_value(state: LiveState) -> None:
     for value in (1.0, 2.5):
         state.update_parameters([LiveParameter("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
     assert [one.value for one in state.parameters()] == [2.5]
+
+
+def test_frame_is_in_field_units(state: LiveState) -> None:
+    state.add_sample(100.0, math.pi, 1355.8179483314004)
+    state.update_statuses([Status(Level.OK, "rocking_controller: reach", "", REACH)])
+    assert samples_json(state.samples_after(0)[0], FIELD) == [[100.0, 1000.0, None, 0.5]]
+    assert rocking_json(state, FIELD)["amplitude"] == pytest.approx(12.0 / (2.0 * math.pi))
+    view = StringView(load_rig(), FIELD)
+    assert view.well_path_json()["depth"][-1] == pytest.approx(4000.0 / 0.3048, abs=0.1)
+    assert view.rotation_json(state)["rocked_to"] == pytest.approx(3240.0 / 0.3048)
+    labels = labels_json(FIELD)
+    assert labels["strips"] == ["surface torque, ft lbf", "differential pressure, psi", "top drive, turns"]
+    assert (labels["length"], labels["turn"], labels["digits"]) == ("ft", "turns", [0, 0, 1])

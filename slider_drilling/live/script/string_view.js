@@ -1,7 +1,7 @@
 // The string along its well, coloured by zone, and beside it the rotation at each depth.
 import { begin, legend, line, text, ticks } from "./paint.js";
 
-export function drawString(canvas, path, rotation) {
+export function drawString(canvas, path, rotation, labels) {
   const sheet = begin(canvas);
   if (!sheet) return;
   const { pen, width, height, colours: c } = sheet;
@@ -12,9 +12,9 @@ export function drawString(canvas, path, rotation) {
   const stacked = width < 420;
   const section = stacked ? [0, 0, width, 0.5 * height - 12] : [0, 0, 0.54 * width, height - 24];
   const twist = stacked ? [0, 0.5 * height - 6, width, 0.5 * height - 18] : [0.54 * width, 0, 0.46 * width, height - 24];
-  drawSection(pen, c, path, rotation, section);
-  drawTwist(pen, c, path, rotation, twist);
-  zones(pen, c, path, rotation, width, height);
+  drawSection(pen, c, path, rotation, section, labels);
+  drawTwist(pen, c, path, rotation, twist, labels);
+  zones(pen, c, path, rotation, width, height, labels);
 }
 
 function zone(depth, rotation, c) {
@@ -23,11 +23,11 @@ function zone(depth, rotation, c) {
   return depth >= rotation.reactive_from ? c.reactive : c.still;
 }
 
-function drawSection(pen, c, path, rotation, [left, top, wide, tall]) {
+function drawSection(pen, c, path, rotation, [left, top, wide, tall], labels) {
   const reach = Math.max(...path.departure, 1), deep = Math.max(...path.verticalDepth, 1);
   const scale = Math.min((wide - 74) / reach, (tall - 46) / deep);
   const x = (departure) => left + 48 + departure * scale, y = (depth) => top + 24 + depth * scale;
-  text(pen, "vertical section, m", left + 6, top + 10, { colour: c.faint });
+  text(pen, `vertical section, ${labels.length}`, left + 6, top + 10, { colour: c.faint });
   for (const tick of ticks(0, deep, 4)) {
     line(pen, [[x(0), y(tick)], [x(reach), y(tick)]], c.grid, 0.7);
     text(pen, String(tick), x(0) - 6, y(tick), { size: 10, colour: c.faint, align: "right" });
@@ -47,8 +47,8 @@ function drawSection(pen, c, path, rotation, [left, top, wide, tall]) {
   pen.fill();
 }
 
-function drawTwist(pen, c, path, rotation, [left, top, wide, tall]) {
-  text(pen, "turn about the centre, rad", left + 10, top + 10, { colour: c.faint });
+function drawTwist(pen, c, path, rotation, [left, top, wide, tall], labels) {
+  text(pen, `turn about the centre, ${labels.turn}`, left + 10, top + 10, { colour: c.faint });
   if (!rotation.amplitude) return;
   const low = Math.min(...rotation.amplitude.map((amplitude, k) => -rotation.lag[k] - amplitude));
   const high = Math.max(...rotation.amplitude.map((amplitude, k) => amplitude - rotation.lag[k]), 0);
@@ -78,10 +78,10 @@ function drawTwist(pen, c, path, rotation, [left, top, wide, tall]) {
   }
 }
 
-function zones(pen, c, path, rotation, width, height) {
+function zones(pen, c, path, rotation, width, height, labels) {
   const most = path.depth[path.depth.length - 1];
   const known = rotation.rocked_to !== null && rotation.rocked_to !== undefined;
-  const from = (a, b) => known ? ` ${Math.round(a)}–${Math.round(b)} m` : "";
+  const from = (a, b) => known ? ` ${Math.round(a)}–${Math.round(b)} ${labels.length}` : "";
   const still = known && rotation.reactive_from > rotation.rocked_to;
   const entries = [
     [`● rocked${from(0, rotation.rocked_to)}`, c.rocked],

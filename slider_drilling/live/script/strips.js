@@ -23,7 +23,7 @@ export class History {
   }
 }
 
-export function drawStrips(canvas, history, rocking) {
+export function drawStrips(canvas, history, rocking, labels) {
   const sheet = begin(canvas);
   if (!sheet) return;
   const { pen, width, height, colours: c } = sheet;
@@ -31,9 +31,9 @@ export function drawStrips(canvas, history, rocking) {
   const now = samples.length ? samples[samples.length - 1][0] : 0;
   const span = [now - history.window, now];
   const strips = [
-    { column: 1, title: "surface torque, kN m", colour: c.rocked, digits: 1, zero: true },
-    { column: 2, title: "differential pressure, bar", colour: c.reactive, digits: 1, zero: true },
-    { column: 3, title: "top drive, rad", colour: c.truth, digits: 1, rocking },
+    { column: 1, title: labels.strips[0], colour: c.rocked, digits: labels.digits[0], zero: true },
+    { column: 2, title: labels.strips[1], colour: c.reactive, digits: labels.digits[1], zero: true },
+    { column: 3, title: labels.strips[2], colour: c.truth, digits: labels.digits[2], rocking },
   ];
   const tall = (height - BOTTOM) / strips.length;
   strips.forEach((strip, k) => drawStrip(pen, c, samples, span, strip, width, k * tall, tall));
