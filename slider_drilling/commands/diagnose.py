@@ -13,6 +13,7 @@ from slider_drilling.commands.options import (
     SEED,
     json_option,
     namespace_option,
+    print_checks,
     topics_option,
     units_option,
     write_and_print,
@@ -121,6 +122,8 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     stdout().print(Text(units.convert_text(summary(diagnosis)), "bold"))
     stdout().print(technical_summary(diagnosis))
     stdout().print(f"rig file: {source.name} ({source.source})")
+    for checked in diagnosis.log_checks:
+        print_checks(checked.rows(), units, checked.log.source if len(diagnosis.logs) > 1 else "")
     _print_ranking(diagnosis.ranking, units)
     _print_whole_runs(diagnosis, units)
     for text in prediction_horizon(diagnosis):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, print_written, units_option
+from slider_drilling.commands.options import json_option, print_checks, print_json, print_written, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -136,20 +136,26 @@ def _print(imported: ImportedTable, outputs: tuple[Path, ...], as_json: bool, sh
 
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.log.contents import contents_table, logged_quantities
+    from slider_drilling.log_checks import check_without_rig
 
     log = imported.log
     record = log.imported
     checks = record.checks if record is not None else ()
+    checked = check_without_rig(log)
     if as_json:
         print_json({
             "contents": [asdict(row) for row in logged_quantities(log)], "notes": log.notes,
-            "checks": [{"check": check, "text": text} for check, text in checks], "mapping": imported.mapping,
+            "log_checks": [{"check": row.check, "result": row.result, "text": str(row.text)} for row in checked.rows()],
+            "mapping": imported.mapping,
             "wrote": list(outputs),
         })  # fmt: skip
         return
+    shown = {text for _, text in checks}
     for note in log.notes:
-        stderr().print(Text(f"note: {note}"))
+        if note not in shown:
+            stderr().print(Text(f"note: {note}"))
     stdout().print(contents_table(log, units))
+    print_checks(checked.rows(), units)
     if show_mapping:
         stdout().print(Text(imported.mapping.rstrip()))
     print_written(outputs)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json, units_option
+from slider_drilling.commands.options import json_option, namespace_option, print_checks, print_json, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.log import RigLog
     from slider_drilling.log.info import LogInfo, TopicInfo
+    from slider_drilling.log_checks import CheckRow
     from slider_drilling.units import Text, Units
 
 
@@ -44,10 +46,27 @@ def command(log: Path, rig_path: Path | None, namespace: str | None, units: Unit
             notes.append(note)
     missing = {use: [refused] if record is None else _missing(record, use) for use in ("replay", "diagnosis")}
     assumed = [] if record is None else _assumed(record)
+    rows = () if record is None else _checks(record, missing["diagnosis"])
     if as_json:
-        _print_json(info, notes, missing, assumed)
-    else:
-        _print(info, notes, missing, assumed, units)
+        _print_json(info, notes, missing, assumed, rows)
+        return
+    _print(info, notes, missing, assumed, units)
+    if rows:
+        print_checks(rows, units)
+
+
+def _checks(record: RigLog, missing: list[str]) -> tuple[CheckRow, ...]:
+    """The table of log checks; what a diagnosis would be refused for is added to what it misses."""
+    from slider_drilling.errors import InputError
+    from slider_drilling.log_checks import check_log, check_without_rig
+
+    try:
+        rig = record.rig()
+    except InputError:
+        rig = None
+    checked = check_without_rig(record) if rig is None or record.top_drive is None else check_log(record, rig)
+    missing += [*checked.messages("unusable"), *checked.messages("uninformative")]
+    return checked.rows()
 
 
 def _missing(record: RigLog, use: str) -> list[str]:
@@ -96,13 +115,15 @@ def _row(topic: TopicInfo) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text]) -> None:
+def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text],
+                rows: Sequence[CheckRow]) -> None:  # fmt: skip
     print_json({
         "files": info.files, "bytes": info.bytes, "start_ns": info.start_ns, "duration_s": info.seconds,
         "messages": sum(topic.messages for topic in info.topics), "topics": [_row(topic) for topic in info.topics],
         "attachments": info.attachments, "metadata": info.metadata, "notes": notes,
         "missing_for_replay": missing["replay"], "missing_for_diagnosis": missing["diagnosis"],
         "assumed_in_replay": [str(text) for text in assumed],
+        "log_checks": [{"check": row.check, "result": row.result, "text": str(row.text)} for row in rows],
     })  # fmt: skip
 
 

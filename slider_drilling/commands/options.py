@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from slider_drilling.log_checks import CheckRow
     from slider_drilling.pages import Table
     from slider_drilling.units import Units
 
@@ -100,6 +101,31 @@ def print_tables(tables: Sequence[Table], units: Units) -> None:
 
     for table in tables:
         stdout().print(console_table(table, units))
+
+
+def print_checks(rows: Sequence[CheckRow], units: Units, source: str = "") -> None:
+    """Print the table of log checks: what was found, and in one row what is in order.
+
+    Args:
+        rows: Of `LogChecks.rows`.
+        units: Display units.
+        source: Names the log where there are several.
+    """
+    from rich.box import SIMPLE
+    from rich.table import Table
+    from rich.text import Text
+
+    from slider_drilling.console.streams import stdout
+
+    title = f"log checks: {source}" if source else "log checks"
+    table = Table("check", "result", "", title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+    for row in rows:
+        if row.result != "ok":
+            table.add_row(row.check, row.result, Text(units.convert_text(row.text)))
+    sound = ", ".join(row.check for row in rows if row.result == "ok")
+    if sound:
+        table.add_row("", "ok", sound)
+    stdout().print(table)
 
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

@@ -22,8 +22,8 @@ _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plai
 def report_page(diagnosis: Diagnosis) -> Page:
     """The page as plain data, for `slider_drilling.pages` to write."""
     sections = [
-        *_how_large(diagnosis), *_where(diagnosis), *_which(diagnosis), *_traces(diagnosis), *_parameters(diagnosis),
-        *_next(diagnosis), *_criteria(diagnosis),
+        *_log_checks(diagnosis), *_how_large(diagnosis), *_where(diagnosis), *_which(diagnosis), *_traces(diagnosis),
+        *_parameters(diagnosis), *_next(diagnosis), *_criteria(diagnosis),
     ]  # fmt: skip
     verdict = diagnosis.verdict.replace("_", " ") + (", interrupted" if diagnosis.interrupted else "")
     headline = Headline(summary(diagnosis), _TONES.get(diagnosis.verdict, "bad"), verdict)
@@ -52,6 +52,19 @@ def _facts(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
     if diagnosis.simulations:
         facts.append(("simulations", f"{diagnosis.simulations}"))
     return tuple(facts)
+
+
+def _log_checks(diagnosis: Diagnosis) -> list[Section]:
+    """What was checked before any fit: a table for each log."""
+    tables = [
+        Table(
+            ("check", "result", "found, and done or needed"),
+            tuple((row.check, row.result, row.text) for row in checked.rows()),
+            Path(checked.log.source).name,
+        )
+        for checked in diagnosis.log_checks
+    ]
+    return [Section("Log checks", tuple(tables))] if tables else []
 
 
 def _how_large(diagnosis: Diagnosis) -> list[Section]:

@@ -45,7 +45,7 @@ class LoggedQuantity:
 
 def contents_table(log: LogContents, units: Units = SI) -> Table:
     """One row for each array that the log holds, at most 80 characters wide."""
-    table = Table("channel", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE, padding=(0, 1, 0, 0))
+    table = Table("channel", "samples", "time, s", "range", "unit", "gap, s", box=SIMPLE, padding=(0, 1, 0, 0))
     for key, series in log.series().items():
         for quantity in TOPICS[key].quantities:
             values = getattr(series, quantity.array)

@@ -3,7 +3,8 @@
 One module per check; `run_checks` calls them in order.
 """
 
+from slider_drilling.log_checks.check_table import CheckRow
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_checks.run_checks import LogChecks, check_log
+from slider_drilling.log_checks.run_checks import LogChecks, check_log, check_without_rig
 
-__all__ = ["LogChecks", "LogIssue", "check_log"]
+__all__ = ["CheckRow", "LogChecks", "LogIssue", "check_log", "check_without_rig"]

@@ -26,7 +26,7 @@ def check_excitation(log: RigLog, rig: Rig) -> list[LogIssue]:
         turned = _turned(drive.time, drive.position, drive.velocity)
         if turned < _MIN_TURN:
             texts.append(f"the top drive turned {turned:.2f} rad in total: too little to identify friction")
-    return [LogIssue("uninformative", "top_drive", text) for text in texts] + _lowered_without_flow(log, rig)
+    return [LogIssue("uninformative", "top_drive", text, "motion") for text in texts] + _lowered_without_flow(log, rig)
 
 
 def _turned(time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> float:
@@ -55,4 +55,4 @@ def _lowered_without_flow(log: RigLog, rig: Rig) -> list[LogIssue]:
         "the block moved ", Quantity(lowered, "m", 2), " while the pump gave ", Quantity(flow * 1e3, "L/s", 2),
         ": neither motor nor bit turns at that flow",
     )  # fmt: skip
-    return [LogIssue("uninformative", "mud_pump", text)]
+    return [LogIssue("uninformative", "mud_pump", text, "motion")]

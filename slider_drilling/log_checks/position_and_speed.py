@@ -57,15 +57,16 @@ def check_position_and_speed(log: RigLog, rig: Rig) -> list[LogIssue]:
         return []
     disagreement = _disagreement(drive, _DRIVE)
     if disagreement is not None:
-        return [LogIssue("unusable", "top_drive", disagreement)]
+        return [LogIssue("unusable", "top_drive", disagreement, "units and levels")]
     jumps = _angle_jumps(*_slope_and_speed(drive), rig)
     if jumps is not None:
-        return [LogIssue("unusable", "top_drive", jumps)]
+        return [LogIssue("unusable", "top_drive", jumps, "units and levels")]
     issues = [*_all_zero(drive, _DRIVE, "top_drive"), *_too_fast(drive, rig)]
     if log.draw_works is not None:
         issues += _all_zero(log.draw_works, _BLOCK, "draw_works")
         disagreement = _disagreement(log.draw_works, _BLOCK)
-        issues += [LogIssue("unusable", "draw_works", disagreement)] if disagreement is not None else []
+        if disagreement is not None:
+            issues.append(LogIssue("unusable", "draw_works", disagreement, "units and levels"))
     return issues
 
 
@@ -157,4 +158,4 @@ def _too_fast(drive: JointSeries, rig: Rig) -> list[LogIssue]:
     text = (
         f"the top drive turns at {fastest:.4g} rad/s, but the rig file's top_drive.max_speed is {limit:g} rad/s{advice}"
     )
-    return [LogIssue("unusable", "top_drive", text)]
+    return [LogIssue("unusable", "top_drive", text, "units and levels")]

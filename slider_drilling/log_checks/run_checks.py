@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import expected_levels
+from slider_drilling.log_checks.block_weight import check_block_weight
+from slider_drilling.log_checks.check_table import CheckRow, check_rows
 from slider_drilling.log_checks.excitation import check_excitation
 from slider_drilling.log_checks.glitches import mask_glitches
-from slider_drilling.log_checks.issue import LogIssue, Severity
+from slider_drilling.log_checks.imported import check_import
+from slider_drilling.log_checks.issue import Check, LogIssue, Severity
 from slider_drilling.log_checks.position_and_speed import check_position_and_speed
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_checks.signs import check_signs
 from slider_drilling.log_checks.time_stamps import check_time_stamps
+from slider_drilling.log_checks.undeclared_nulls import mask_undeclared_nulls
 from slider_drilling.log_checks.units_and_levels import check_level, check_pump_unit, check_tool_face_unit
 from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
+from slider_drilling.log_checks.unsigned import check_unsigned
 from slider_drilling.rig import Rig
+
+_NO_RIG = "needs the rig file: give it with --rig"
+_NO_ROTATION = "the string never rotates for 20 s with the block at rest and a hook load"
 
 
 @dataclass(frozen=True)
@@ -26,10 +34,16 @@ class LogChecks:
     Attributes:
         log: The log with repeated samples, glitches, and pressure measured at an unknown flow masked (NaN).
         issues: What the checks report, in their order.
+        unchecked: Reasons why a check could not be made.
     """
 
     log: RigLog
     issues: tuple[LogIssue, ...]
+    unchecked: dict[Check, str] = field(default_factory=dict, compare=False)
+
+    def rows(self) -> tuple[CheckRow, ...]:
+        """The table of checks."""
+        return check_rows(self.log, self.issues, self.unchecked)
 
     def messages(self, severity: Severity) -> tuple[str, ...]:
         """The sentences of one severity, in SI units."""
@@ -57,14 +71,19 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     """
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
-    stamps = check_time_stamps(log, rig)
+    stamps = [*check_time_stamps(log, rig), *check_import(log)]
     if _any_unusable(stamps):
         return LogChecks(log, tuple(stamps))
+    log, nulls = mask_undeclared_nulls(log)
     log, repeats = mask_repeated_samples(log)
     log, glitches = mask_glitches(log, rig)
     log, unknown = mask_pressure_of_unknown_flow(log)
-    motion = check_position_and_speed(log, rig)
-    issues = [*stamps, *repeats, *glitches, *unknown, *motion, *check_tool_face_unit(log)]
+    unsigned = check_unsigned(log)
+    motion = [] if unsigned else check_position_and_speed(log, rig)
+    issues = [*stamps, *nulls, *repeats, *glitches, *unknown, *unsigned, *motion, *check_tool_face_unit(log)]
+    block, rotates = check_block_weight(log, rig)
+    issues += block
+    unchecked: dict[Check, str] = {} if rotates else {"block weight": _NO_ROTATION}
     rig = expected_levels.rig_off_bottom(log, rig)
     issues += check_level("hook_load", expected_levels.hook_load(log, rig))
     issues += check_pump_unit(log, rig) or check_level(
@@ -73,12 +92,22 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     idle = check_excitation(log, rig)
     if _any_unusable(issues) or idle:
         # Without a usable motion there is no simulation to compare signs with.
-        return LogChecks(log, (*issues, *check_signs(log, rig, None), *idle))
+        return LogChecks(log, (*issues, *check_signs(log, rig, None), *idle), unchecked)
     response = expected_levels.simulate_as_given(log, rig)
     if response is not None:
         issues += check_level("surface_torque", expected_levels.surface_torque(log, response))
     issues += check_signs(log, rig, response)
-    return LogChecks(log, tuple(issues))
+    return LogChecks(log, tuple(issues), unchecked)
+
+
+def check_without_rig(log: RigLog) -> LogChecks:
+    """The checks that need no rig file: rate, gaps, clock, nulls, signs, integrated channels."""
+    issues = [*check_time_stamps(log, None), *check_import(log)]
+    if not _any_unusable(issues):
+        masked, nulls = mask_undeclared_nulls(log)
+        issues += [*nulls, *check_unsigned(masked)]
+    reason = _NO_RIG if log.rig_text is None else "`slider-drilling info` compares the log with its rig file"
+    return LogChecks(log, tuple(issues), {"units and levels": reason, "block weight": reason})
 
 
 def _any_unusable(issues: list[LogIssue]) -> bool:

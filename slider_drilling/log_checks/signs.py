@@ -49,7 +49,7 @@ def _negative_levels(log: RigLog) -> list[LogIssue]:
         known = values[np.isfinite(values)]
         if known.size and float(np.quantile(known, 0.9)) < 0.0:
             text = f"{name} is negative ({float(np.median(known)):.4g}): {rule}; import it with sign: -1"
-            issues.append(LogIssue("unusable", name, text))
+            issues.append(LogIssue("unusable", name, text, "signs"))
     return issues
 
 
@@ -73,7 +73,7 @@ def _torque(log: RigLog, response: Response) -> list[LogIssue]:
         "surface_torque opposes the rotation: the drive would gain ", Quantity(-work / 1e3, "kJ"),
         " from friction; one of the two has the wrong sign; import it with sign: -1",
     )  # fmt: skip
-    return [LogIssue("unusable", "surface_torque", text)]
+    return [LogIssue("unusable", "surface_torque", text, "signs")]
 
 
 def _block(log: RigLog, rig: Rig, response: Response) -> list[LogIssue]:
@@ -100,7 +100,7 @@ def _block(log: RigLog, rig: Rig, response: Response) -> list[LogIssue]:
         "the block rises by ", Quantity(float(position[0] - position[-1]), "m", 2),
         " while hook load and pressure are those of a lowered block: positive lowers; import it with sign: -1",
     )  # fmt: skip
-    return [LogIssue("unusable", "draw_works", text)]
+    return [LogIssue("unusable", "draw_works", text, "signs")]
 
 
 def _scatter_ratio(time: Array, values: Array, opposite: Response, name: str, as_logged: Response) -> float:

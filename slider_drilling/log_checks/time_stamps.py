@@ -6,7 +6,7 @@ import numpy as np
 
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
-from slider_drilling.log_checks.issue import LogIssue
+from slider_drilling.log_checks.issue import Check, LogIssue
 from slider_drilling.rig import Rig
 
 # A gap is this many sampling intervals long, and at least this many seconds.
@@ -19,16 +19,18 @@ _DROPPED = 1.5  # sampling intervals: samples are missing between two stamps tha
 _MIN_COVERAGE = 0.9  # of the top drive's log
 
 
-def check_time_stamps(log: RigLog, rig: Rig) -> list[LogIssue]:
-    """Every issue with the stamps of the surface channels."""
+def check_time_stamps(log: RigLog, rig: Rig | None) -> list[LogIssue]:
+    """Every issue with the stamps of the surface channels; without a rig file no rate is expected."""
     series = surface_series(log)
     issues = [issue for name, channel in series.items() if (issue := _not_ascending(name, channel.time))]
     if issues:
         return issues
     for name, channel in series.items():
         issues += _clock_set(name, channel.time, channel.arrival)
-    issues += _one_note_per_text({name: _dropped(channel.time) for name, channel in series.items()})
-    issues += _one_note_per_text({name: _slow(channel.time, rig.sensors.rate) for name, channel in series.items()})
+    issues += _one_note_per_text({name: _dropped(channel.time) for name, channel in series.items()}, "gaps")
+    if rig is not None:
+        slow = {name: _slow(channel.time, rig.sensors.rate) for name, channel in series.items()}
+        issues += _one_note_per_text(slow, "rate")
     issues += _unknown_motion(log)
     return issues + _coverage(series)
 
@@ -46,14 +48,14 @@ def surface_series(log: RigLog) -> dict[str, JointSeries | ScalarSeries]:
 
 def _not_ascending(name: str, time: Array) -> LogIssue | None:
     if not np.isfinite(time).all():
-        return LogIssue("unusable", "clock", f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are not numbers")
+        text = f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are not numbers"
+        return LogIssue("unusable", "clock", text, "clock")
     backward = np.flatnonzero(np.diff(time) <= 0.0)
     if backward.size == 0:
         return None
     first = float(time[backward[0]])
-    return LogIssue(
-        "unusable", "clock", f"{name}: stamps do not ascend at {backward.size} places, first after {first:.2f} s"
-    )
+    text = f"{name}: stamps do not ascend at {backward.size} places, first after {first:.2f} s"
+    return LogIssue("unusable", "clock", text, "clock")
 
 
 def _clock_set(name: str, time: Array, arrival: Array) -> list[LogIssue]:
@@ -71,16 +73,16 @@ def _clock_set(name: str, time: Array, arrival: Array) -> list[LogIssue]:
         f"{name}: stamps jump by {jump[at]:+.1f} s at {time[at]:.1f} s while the recorder's clock runs on: "
         "a clock was set; use the log before or after that"
     )
-    return [LogIssue("unusable", "clock", text)]
+    return [LogIssue("unusable", "clock", text, "clock")]
 
 
-def _one_note_per_text(texts: dict[str, str | None]) -> list[LogIssue]:
+def _one_note_per_text(texts: dict[str, str | None], check: Check) -> list[LogIssue]:
     """One note for all channels with the same text: channels are usually logged together."""
     channels: dict[str, list[str]] = {}
     for name, text in texts.items():
         if text is not None:
             channels.setdefault(text, []).append(name)
-    return [LogIssue("note", names[0], f"{', '.join(names)}: {text}") for text, names in channels.items()]
+    return [LogIssue("note", names[0], f"{', '.join(names)}: {text}", check) for text, names in channels.items()]
 
 
 def _dropped(time: Array) -> str | None:
@@ -128,7 +130,7 @@ def _unknown_motion(log: RigLog) -> list[LogIssue]:
         f"{time[worst]:.1f} s: its motion there is unknown"
     )
     share = unknown / float(time[-1] - time[0])
-    return [LogIssue("uninformative" if share > _MAX_UNKNOWN else "note", "top_drive", text)]
+    return [LogIssue("uninformative" if share > _MAX_UNKNOWN else "note", "top_drive", text, "gaps")]
 
 
 def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[LogIssue]:
@@ -140,5 +142,6 @@ def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[LogIssue]:
     for name, channel in series.items():
         covered = max(min(channel.time[-1], end) - max(channel.time[0], start), 0.0) / max(end - start, 1e-9)
         if covered < _MIN_COVERAGE:
-            issues.append(LogIssue("note", name, f"{name}: covers {100.0 * covered:.0f} % of the top drive's log"))
+            text = f"{name}: covers {100.0 * covered:.0f} % of the top drive's log"
+            issues.append(LogIssue("note", name, text, "gaps"))
     return issues

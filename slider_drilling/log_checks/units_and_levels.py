@@ -29,18 +29,21 @@ def check_level(channel: str, level: ExpectedLevel | None) -> list[LogIssue]:
     si, factor = next(iter(factors)), factors[shown]
     ratio = abs(level.measured) / level.expected
     units = _matching_units(ratio, {name: value for name, value in factors.items() if name != si})
+    pair = "" if units else _mistaken_unit(ratio, factors)
     mismatch = "log and rig file do not belong together; give this rig's own file with --rig"
     if units and _OTHER_RIG < ratio < 1.0 / _OTHER_RIG:
         advice = f"either it is in {' or '.join(units[:2])} and must be imported with that unit, or {mismatch}"
     elif units:
         advice = f"it looks like {' or '.join(units[:2])}; import it with that unit"
+    elif pair:
+        advice = f"it looks like {pair}; import it with the right unit, or {mismatch}"
     else:
         advice = mismatch
     text = sentence(
         f"{channel} {level.verb} ", Quantity(level.measured / factor, shown), ", but the rig file gives ",
         Quantity(level.expected / factor, shown), f": {advice}",
     )  # fmt: skip
-    return [LogIssue("unusable", channel, text)]
+    return [LogIssue("unusable", channel, text, "units and levels")]
 
 
 def check_pump_unit(log: RigLog, rig: Rig) -> list[LogIssue]:
@@ -57,7 +60,7 @@ def check_pump_unit(log: RigLog, rig: Rig) -> list[LogIssue]:
         Quantity(as_logged.measured / 1e5, "bar"),
         " were measured: it looks like strokes per minute; import it with unit spm",
     )  # fmt: skip
-    return [LogIssue("unusable", "mud_pump", text)]
+    return [LogIssue("unusable", "mud_pump", text, "units and levels")]
 
 
 def check_tool_face_unit(log: RigLog) -> list[LogIssue]:
@@ -69,7 +72,36 @@ def check_tool_face_unit(log: RigLog) -> list[LogIssue]:
         return []
     largest = float(np.max(np.abs(values)))
     advice = "it looks like deg; import it with that unit" if largest <= 360.5 else "wrap it into (-pi, pi]"
-    return [LogIssue("unusable", "tool_face", f"tool_face reads up to {largest:.4g} rad, more than a turn: {advice}")]
+    text = f"tool_face reads up to {largest:.4g} rad, more than a turn: {advice}"
+    return [LogIssue("unusable", "tool_face", text, "units and levels")]
+
+
+# Units that recorders and people take for one another: in the table, and taken for.
+_MISTAKEN = (
+    ("psi", "bar"), ("bar", "psi"), ("psi", "kPa"), ("kPa", "psi"), ("bar", "kPa"), ("kPa", "bar"), ("MPa", "bar"),
+    ("bar", "MPa"), ("klbf", "kN"), ("kN", "klbf"), ("klbf", "kdaN"), ("kdaN", "klbf"), ("tf", "klbf"), ("klbf", "tf"),
+    ("kN", "kdaN"), ("kdaN", "kN"), ("kN", "tf"), ("tf", "kN"), ("ft lbf", "N m"), ("N m", "ft lbf"),
+    ("kft lbf", "kN m"), ("kN m", "kft lbf"), ("kft lbf", "ft lbf"), ("ft lbf", "kft lbf"), ("ft lbf", "kN m"),
+    ("kN m", "ft lbf"), ("daN m", "kN m"), ("kN m", "daN m"),
+)  # fmt: skip
+_NEAR_PAIR = 1.6  # ratio of levels within which a mistaken unit explains the level
+
+
+def _mistaken_unit(ratio: float, factors: dict[str, float]) -> str:
+    """The pair of units that explains a measured over expected level best, in words; empty where none does.
+
+    Args:
+        ratio: Measured over expected level.
+        factors: Units of the quantity with their SI values.
+    """
+    if ratio <= 0.0:
+        return ""
+    pairs = [(one, other) for one, other in _MISTAKEN if one in factors and other in factors]
+    distance = {pair: abs(math.log(ratio * factors[pair[0]] / factors[pair[1]])) for pair in pairs}
+    best = min(distance, key=lambda pair: distance[pair], default=None)
+    if best is None or distance[best] > math.log(_NEAR_PAIR):
+        return ""
+    return f"{best[0]} that was imported as {best[1]}"
 
 
 def _matching_units(ratio: float, factors: dict[str, float]) -> list[str]:

@@ -37,7 +37,8 @@ def check_survey(well: Well, string: String, source: str) -> None:
         _check_leg(survey[index - 1], survey[index], f"{source}: well.survey[{index}]")
     if survey[-1][0] < string.length - _LENGTH_TOLERANCE:
         raise InputError(
-            f"{source}: well.survey: ends at {survey[-1][0]:g} m, the string reaches {string.length:g} m; add stations"
+            f"{source}: well.survey: ends at {survey[-1][0]:.10g} m, the string reaches {string.length:.10g} m; "
+            "add stations"
         )
 
 
@@ -76,7 +77,7 @@ def check_friction_intervals(well: Well, string: String, source: str) -> None:
         previous = interval.to
     if well.friction_intervals and previous < length - _LENGTH_TOLERANCE:
         raise InputError(
-            f"{source}: well.friction_intervals: the last one ends at {previous:g} m, the string at {length:g} m"
+            f"{source}: well.friction_intervals: the last one ends at {previous:.10g} m, the string at {length:.10g} m"
         )
 
 

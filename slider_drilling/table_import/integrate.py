@@ -12,9 +12,11 @@ Array = NDArray[np.float64]
 
 # A gap is this many usual steps long, and this many s.
 _GAP_STEPS, _MIN_GAP_S = 3.0, 0.5
-# Standard error of the trapezoidal rule in one step, per second difference of the speed times the step: a corner of a
-# piecewise linear speed at a random place between two samples leaves sqrt(1 / 720) of slope change times step squared.
-_CORNER = 1.0 / math.sqrt(720.0)
+# Standard error of the trapezoidal rule in one step, per second difference of the speed times the step. A corner of a
+# piecewise linear speed at a random place between two samples leaves sqrt(1 / 720) of slope change times step squared;
+# twice that, since the corners of a rocking drive fall on like places one after another. On simulated drives the
+# largest deviation is 0.3 (sine) to 1.2 (trapezoid) times the sum.
+_CORNER = 2.0 / math.sqrt(720.0)
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Integral:
 
     Attributes:
         values: Zero at the first row, NaN in rows without a speed, (n,). It stands still in gaps.
-        error: Standard error at the end, without what happened in gaps.
+        error: Standard error of the largest deviation, without what happened in gaps.
         gaps: Number of gaps.
         in_gaps: s in all gaps.
     """
