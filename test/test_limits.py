@@ -11,7 +11,7 @@ import pytest
 from slider_drilling.cli import group
 from slider_drilling.contact.measured_friction import read_measured
 from slider_drilling.errors import InputError
-from slider_drilling.log import LogWriter, read_log
+from slider_drilling.log import LogWriter, RigLog, read_log
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.table_import import read_table
 
@@ -29,19 +29,60 @@ def write(path: Path, torque: float) -> Path:
     return path
 
 
-@pytest.mark.parametrize("wild", [1e30, -1e308, float("inf"), 1.1e9])
+@pytest.mark.parametrize("wild", [1e30, -1e308, float("inf"), 1.1e9, 9.1e5, -9.1e5])
 def test_impossible_value_is_masked_and_noted(tmp_path: Path, wild: float) -> None:
     log = read_log(write(tmp_path / "run.mcap", wild))
     assert log.top_drive is not None
     assert np.flatnonzero(np.isnan(log.top_drive.effort)).tolist() == [7]
-    (note,) = [note for note in log.notes if "no rig has" in note]
-    assert note.startswith("top_drive.effort: 1 of 40 values no rig has left out, the first") and "at 0.7 s" in note
+    (note,) = log.notes
+    assert note.startswith("surface_torque: 1 of 40 values outside -500 to 500 kN m, which no rig has: left out")
+    assert note.endswith("at 0.7 s")
 
 
-def test_large_readings_in_any_unit_stay(tmp_path: Path) -> None:
-    log = read_log(write(tmp_path / "run.mcap", 0.9 * TOPICS["top_drive"].quantity("effort").max_magnitude))
-    assert log.top_drive is not None and np.isfinite(log.top_drive.effort).all()
-    assert log.notes == ()
+def write_hook_load(path: Path, values: list[float]) -> RigLog:
+    with LogWriter(path) as writer:
+        for k, value in enumerate(values):
+            writer.joint_state("draw_works/joint_states", 0.1 * k, "block", 0.1, 0.0, value)
+    return read_log(path)
+
+
+def test_a_null_throughout_is_not_used(tmp_path: Path) -> None:
+    log = write_hook_load(tmp_path / "run.mcap", [-9999 * 4448.22] * 40)
+    assert log.draw_works is not None and np.isnan(log.draw_works.effort).all()
+    assert log.notes == (
+        "hook_load: 40 of 40 values outside -500 to 20000 kN, which no rig has: left out; "
+        "the first is -44478 kN at 0.0 s",
+    )
+
+
+def test_a_channel_in_another_unit_is_kept_and_said(tmp_path: Path) -> None:
+    log = write_hook_load(tmp_path / "run.mcap", [9e8 + 1e6 * k for k in range(40)])
+    assert log.draw_works is not None and np.isfinite(log.draw_works.effort).all()
+    (note,) = log.notes
+    assert note.startswith("hook_load: 40 of 40 values outside -500 to 20000 kN") and "in another unit" in note
+
+
+@pytest.mark.parametrize("null", [-999.25, -9999.0, -999.0])
+def test_nulls_in_oilfield_units_are_not_used(tmp_path: Path, null: float) -> None:
+    """In klbf, psi and strokes a minute, between readings."""
+    with LogWriter(tmp_path / "run.mcap") as writer:
+        for k in range(40):
+            is_null = k % 9 == 4
+            hook, pressure, strokes = (null, null, null) if is_null else (200.0, 3000.0, 100.0)
+            writer.joint_state("draw_works/joint_states", float(k), "block", 0.1, 0.0, hook * 4448.22)
+            writer.fluid_pressure("standpipe_pressure", float(k), pressure * 6894.76)
+            writer.joint_state("mud_pump/joint_states", float(k), "mud_pump", None, strokes * 0.10472, None)
+    log = read_log(tmp_path / "run.mcap")
+    assert log.draw_works is not None and log.standpipe_pressure is not None and log.mud_pump is not None
+    for values in (log.draw_works.effort, log.standpipe_pressure.value, log.mud_pump.velocity):
+        assert np.flatnonzero(np.isnan(values)).tolist() == [4, 13, 22, 31]
+
+
+def test_every_measured_quantity_has_a_range() -> None:
+    """But angles, which grow without end."""
+    without = [quantity.column for topic in TOPICS.values() if topic.is_measured for quantity in topic.quantities
+               if quantity.import_name and not np.isfinite(quantity.physical_range).all()]  # fmt: skip
+    assert without == ["top_drive_angle"]
 
 
 def test_a_name_that_is_not_utf_8_is_shown_by_its_bytes(tmp_path: Path) -> None:

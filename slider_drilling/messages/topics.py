@@ -30,6 +30,7 @@ class TopicQuantity:
         label: What pages call it.
         import_name: What a mapping file for `slider-drilling import` calls it; empty where it cannot be imported.
         max_magnitude: Values beyond it are no reading of any rig, in any unit that logs come in: a flipped bit, say.
+        physical_range: Lowest and highest reading that a rig can have, with room for any rig and a sensor's offset.
         is_wrapped: Whether an imported angle is wrapped into (-pi, pi].
     """
 
@@ -39,6 +40,7 @@ class TopicQuantity:
     label: str
     import_name: str = ""
     max_magnitude: float = math.inf
+    physical_range: tuple[float, float] = (-math.inf, math.inf)
     is_wrapped: bool = False
 
 
@@ -75,14 +77,26 @@ class Topic:
         return next(quantity for quantity in self.quantities if quantity.array == array)
 
 
+# Readings that a rig can have, SI. Nulls of recorders (-999.25, -9999) lie outside in most oilfield units.
+_DRIVE_SPEEDS = (-60.0, 60.0)  # rad/s: 570 rpm; top drives reach 250 rpm
+_TORQUES = (-5e5, 5e5)  # N m; the largest top drives give 150 kN m
+_BLOCK_POSITIONS = (-300.0, 20_000.0)  # m, lowered since the start, possibly over many stands
+_BLOCK_SPEEDS = (-5.0, 5.0)  # m/s
+_HOOK_LOADS = (-5e5, 2e7)  # N; the largest hooks carry 11 MN, and a load cell may be tared
+_PRESSURES = (-5e5, 2e8)  # Pa; mud pumps reach 70 MPa
+_PUMP_SPEEDS = (-1.0, 100.0)  # rad/s; 120 strokes a minute are 12.6 rad/s
+_TOOL_FACES = (-400.0, 400.0)  # rad; room for degrees, which the log checks find
+_DEPTHS = (-100.0, 20_000.0)  # m
+
 # Keys are the names of the series of a log in memory (RigLog).
 TOPICS: dict[str, Topic] = {
     "top_drive": Topic(
         "top_drive/joint_states", JOINT_STATE, "top_drive",
         (
             TopicQuantity("position", "top_drive_angle", "rad", "top drive angle", "top_drive_angle", 1e8),
-            TopicQuantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
-            TopicQuantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
+            TopicQuantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5,
+                          _DRIVE_SPEEDS),
+            TopicQuantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9, _TORQUES),
         ),
         "angle rad, speed rad/s, effort = surface torque N m", is_surface=True, is_measured=True,
     ),
@@ -92,17 +106,17 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("position", "top_drive_angle_command", "rad", "top drive angle setpoint",
                      "top_drive_angle_command", 1e8),
             TopicQuantity("velocity", "top_drive_speed_command", "rad/s", "top drive speed setpoint",
-                     "top_drive_speed_command", 1e5),
-            TopicQuantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9),
+                     "top_drive_speed_command", 1e5, _DRIVE_SPEEDS),
+            TopicQuantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9, _TORQUES),
         ),
         "setpoints of angle rad and speed rad/s", is_surface=True,
     ),
     "draw_works": Topic(
         "draw_works/joint_states", JOINT_STATE, "block",
         (
-            TopicQuantity("position", "block_position", "m", "block position", "block_position", 1e7),
-            TopicQuantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5),
-            TopicQuantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
+            TopicQuantity("position", "block_position", "m", "block position", "block_position", 1e7, _BLOCK_POSITIONS),
+            TopicQuantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5, _BLOCK_SPEEDS),
+            TopicQuantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11, _HOOK_LOADS),
         ),
         "block position m, lowered since the start; speed m/s; effort = hook load N", is_surface=True,
         is_measured=True,
@@ -110,22 +124,27 @@ TOPICS: dict[str, Topic] = {
     "draw_works_command": Topic(
         "draw_works/command", JOINT_STATE, "block",
         (
-            TopicQuantity("position", "block_position_command", "m", "block position setpoint", "", 1e7),
-            TopicQuantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command", 1e5),
-            TopicQuantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11),
+            TopicQuantity("position", "block_position_command", "m", "block position setpoint", "", 1e7,
+                          _BLOCK_POSITIONS),
+            TopicQuantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command",
+                          1e5, _BLOCK_SPEEDS),
+            TopicQuantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11, _HOOK_LOADS),
         ),
         "setpoint of the block speed m/s, positive lowers",
     ),
     "standpipe_pressure": Topic(
         "standpipe_pressure", FLUID_PRESSURE, "",
-        (TopicQuantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
+        (
+            TopicQuantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11,
+                          _PRESSURES),
+        ),
         "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True, is_measured=True,
     ),
     "mud_pump": Topic(
         "mud_pump/joint_states", JOINT_STATE, "mud_pump",
         (
             TopicQuantity("position", "pump_angle", "rad", "pump angle", "", 1e10),
-            TopicQuantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6),
+            TopicQuantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6, _PUMP_SPEEDS),
             TopicQuantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
         ),
         "crank speed rad/s; flow = speed times the rig file's `mud_pump.displacement`", is_surface=True,
@@ -134,7 +153,8 @@ TOPICS: dict[str, Topic] = {
     "mwd_tool_face": Topic(
         "mwd/tool_face", JOINT_STATE, "tool_face",
         (
-            TopicQuantity("position", "mwd_tool_face", "rad", "MWD toolface", "tool_face", 1e6, is_wrapped=True),
+            TopicQuantity("position", "mwd_tool_face", "rad", "MWD toolface", "tool_face", 1e6, _TOOL_FACES,
+                          is_wrapped=True),
             TopicQuantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
             TopicQuantity("effort", "mwd_torque", "N m", "MWD torque"),
         ),
@@ -144,7 +164,7 @@ TOPICS: dict[str, Topic] = {
         "tool_face/target", JOINT_STATE, "tool_face",
         (
             TopicQuantity("position", "tool_face_target", "rad", "toolface target", "tool_face_target", 1e6,
-                     is_wrapped=True),
+                     _TOOL_FACES, is_wrapped=True),
             TopicQuantity("velocity", "tool_face_target_rate", "rad/s", "toolface target rate"),
             TopicQuantity("effort", "tool_face_target_torque", "N m", "toolface target torque"),
         ),
@@ -153,7 +173,7 @@ TOPICS: dict[str, Topic] = {
     "bit_depth": Topic(
         "bit_depth", JOINT_STATE, "bit",
         (
-            TopicQuantity("position", "measured_bit_depth", "m", "bit depth", "bit_depth"),
+            TopicQuantity("position", "measured_bit_depth", "m", "bit depth", "bit_depth", 1e6, _DEPTHS),
             TopicQuantity("velocity", "measured_bit_speed", "m/s", "bit speed"),
             TopicQuantity("effort", "measured_bit_force", "N", "bit force"),
         ),
