@@ -5,8 +5,11 @@ from slider_drilling.api.analyse import AnalysisResult as AnalysisResult
 from slider_drilling.api.analyse import analyse as analyse
 from slider_drilling.api.batch import Batch as Batch
 from slider_drilling.api.batch import batch as batch
+from slider_drilling.api.closed_loop import ClosedLoopResult as ClosedLoopResult
+from slider_drilling.api.closed_loop import closed_loop as closed_loop
 from slider_drilling.api.diagnose import DiagnosisResult as DiagnosisResult
 from slider_drilling.api.diagnose import diagnose as diagnose
+from slider_drilling.api.import_log import import_log as import_log
 from slider_drilling.api.replay import ReplayResult as ReplayResult
 from slider_drilling.api.replay import replay as replay
 from slider_drilling.api.rigs import load_rig as load_rig

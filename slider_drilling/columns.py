@@ -14,6 +14,7 @@ import numpy as np
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import write_atomically
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import pandas
@@ -28,8 +29,12 @@ class TableExport:
         """The result as named columns with units."""
         raise NotImplementedError
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self, units: Units = SI, *, degrees: bool = False) -> pandas.DataFrame:
         """`columns` as a pandas DataFrame: the first column is its index, the units are in ``attrs["units"]``.
+
+        Args:
+            units: `slider_drilling.units.SI` or `FIELD`; toolfaces of the latter are in degrees.
+            degrees: Every angle in degrees.
 
         Raises:
             InputError: pandas is not installed.
@@ -38,13 +43,18 @@ class TableExport:
             import pandas
         except ImportError:
             raise InputError(f"pandas is not installed; {NEEDS}") from None
-        columns = self.columns()
+        columns = self.columns().converted(units, degrees)
         frame = pandas.DataFrame(dict(columns.values)).set_index(next(iter(columns.values)))
         frame.attrs["units"] = dict(columns.units)
         return frame
 
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+    def to_csv(self, path: str | os.PathLike[str], units: Units = SI, *, degrees: bool = False) -> Path:
         """Write `columns` as a CSV file whose headings carry the units, such as ``hook_load [N]``; NaN is left empty.
+
+        Args:
+            path: The file.
+            units: As for `to_frame`.
+            degrees: Every angle in degrees.
 
         Returns:
             The path.
@@ -52,17 +62,17 @@ class TableExport:
         Raises:
             InputError: The file cannot be written.
         """
-        columns = self.columns()
+        columns = self.columns().converted(units, degrees)
         text = io.StringIO()
         rows = csv.writer(text, lineterminator="\n")
-        units = columns.units
-        rows.writerow([f"{name} [{units[name]}]" if name in units else name for name in columns.values])
+        written = columns.units
+        rows.writerow([f"{name} [{written[name]}]" if name in written else name for name in columns.values])
         rows.writerows(zip(*([_cell(value) for value in column] for column in columns.values.values()), strict=True))
         write_atomically(Path(path), text.getvalue().encode("utf-8"))
         return Path(path)
 
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """Write `columns` as a Parquet file, the units in the frame's attributes.
+    def to_parquet(self, path: str | os.PathLike[str], units: Units = SI, *, degrees: bool = False) -> Path:
+        """Write `columns` as a Parquet file, the units in the frame's attributes; arguments as for `to_csv`.
 
         Returns:
             The path.
@@ -72,7 +82,7 @@ class TableExport:
         """
         content = io.BytesIO()
         try:
-            self.to_frame().to_parquet(content)
+            self.to_frame(units, degrees=degrees).to_parquet(content)
         except ImportError:
             raise InputError(f"pyarrow is not installed; {NEEDS}") from None
         write_atomically(Path(path), content.getvalue())
@@ -94,6 +104,15 @@ class Columns(TableExport):
     def columns(self) -> Columns:
         """Itself."""
         return self
+
+    def converted(self, units: Units, degrees: bool = False) -> Columns:
+        """The columns in display units: those of `units`, but degrees for toolfaces in field units."""
+        values, shown = dict(self.values), dict(self.units)
+        for name, unit in self.units.items():
+            in_degrees = unit == "rad" and (degrees or (units != SI and "tool_face" in name))
+            shown[name] = "deg" if in_degrees else units.display_unit(unit)
+            values[name] = np.degrees(values[name]) if in_degrees else units.convert(values[name], unit)
+        return Columns(values, shown)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import dataclasses
 import importlib
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 
 import slider_drilling as sd
 from slider_drilling.effects import EFFECTS, Effects
+from slider_drilling.units import FIELD
 
 ELEMENTS = 40
 
@@ -270,3 +272,48 @@ def test_commands_longer_than_friction_drift_are_refused(rig: sd.Rig) -> None:
         sd.simulate(rig, still, elements=ELEMENTS)
     with pytest.raises(sd.InputError, match="rocking: centre = nan"):
         sd.rocking(rig, 10.0, amplitude=1.0, period=5.0, centre=float("nan"))
+
+
+def test_tables_follow_units(slide: sd.Run, tmp_path: Path) -> None:
+    si, field, degrees = slide.to_frame(), slide.to_frame(FIELD), slide.to_frame(degrees=True)
+    assert field.attrs["units"]["surface_torque"] == "ft lbf" and field.attrs["units"]["mwd_tool_face"] == "deg"
+    assert field["surface_torque"].max() == pytest.approx(si["surface_torque"].max() / 1.3558179483314004)
+    assert degrees["top_drive_angle"].max() == pytest.approx(np.degrees(si["top_drive_angle"].max()))
+    assert degrees["surface_torque"].max() == si["surface_torque"].max()
+    with slide.to_csv(tmp_path / "run.csv", FIELD).open() as lines:
+        assert "hook_load [lbf]" in next(csv.reader(lines))
+
+
+def test_saved_pages_are_small(slide: sd.Run, tmp_path: Path) -> None:
+    for path in (slide.save_page(tmp_path / "run.html", FIELD),
+                 sd.replay(slide, elements=ELEMENTS).save_page(tmp_path / "replay.html", FIELD)):  # fmt: skip
+        assert path.stat().st_size < 1_000_000
+        assert "ft lbf" in path.read_text()
+
+
+def test_target_may_be_in_degrees(rig: sd.Rig) -> None:
+    run = sd.simulate(rig, "slider_drilling.control:SlideController", 1.0, target="45 deg", elements=ELEMENTS)
+    assert run.log.tool_face_target.position[0] == pytest.approx(np.pi / 4.0)
+    with pytest.raises(sd.InputError, match="simulate: target: unit = 'ft'"):
+        sd.simulate(rig, "slider_drilling.control:SlideController", 1.0, target="45 ft", elements=ELEMENTS)
+
+
+def test_table_becomes_log(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{k % 7}.0,{10 - 0.01 * k},{200 + k % 3}\n" for k in range(60))
+    (tmp_path / "edr.csv").write_text(f"Time (s),RPM (rpm),BPOS (ft),HKLD (klbf)\n{rows}")
+    log = sd.import_log(tmp_path / "edr.csv")
+    assert log.draw_works.effort[0] == pytest.approx(200e3 * 4.4482216152605)
+
+
+def test_closed_loop_scores_scenarios(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from slider_drilling.slide_scenarios import SCENARIOS
+
+    short = dataclasses.replace(next(each for each in SCENARIOS if each.name == "hold, 2.6 km"), duration=30.0)
+    monkeypatch.setattr("slider_drilling.api.closed_loop.SCENARIOS", (short,))
+    result = sd.closed_loop(only="hold, 2.6 km", elements=20, workers=1)
+    frame = result.to_frame()
+    assert len(result.rows) == 1 and "mean_abs_error_deg" in frame.columns and len(frame) >= 3
+    assert result.tree["scenarios"][0]["name"] == "hold, 2.6 km"
+    assert result.save_page(tmp_path / "loop.html").stat().st_size < 1_000_000
+    with pytest.raises(sd.InputError, match="no scenario starts with this"):
+        sd.closed_loop(only="nothing")

@@ -10,12 +10,6 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from slider_drilling.closed_loop import SCENARIOS, WELLS, SlideTrace, every_effect, run_scenario, score_slide
-from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender, measurements_for, rig_file_for
-from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.closed_loop.page import closed_loop_page
-from slider_drilling.closed_loop.report import as_json, information_costs, interlock_stops
-from slider_drilling.closed_loop.run import ScenarioResult
 from slider_drilling.commands.closed_loop import command, print_results
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.drillstring import VirtualRig
@@ -23,6 +17,12 @@ from slider_drilling.effects import Effects, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.pages import page_html
 from slider_drilling.rig import check_rig
+from slider_drilling.slide_scenarios import SCENARIOS, WELLS, SlideTrace, every_effect, run_scenario, score_slide
+from slider_drilling.slide_scenarios.contenders import UNDER_TEST, build_contender, measurements_for, rig_file_for
+from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
+from slider_drilling.slide_scenarios.page import closed_loop_page
+from slider_drilling.slide_scenarios.report import as_json, information_costs, interlock_stops
+from slider_drilling.slide_scenarios.run import ScenarioResult
 from slider_drilling.units import FIELD, SI
 
 HOLD = next(scenario for scenario in SCENARIOS if scenario.name == "hold, 4.0 km")
@@ -131,8 +131,8 @@ def test_same_seed_gives_same_run():
 @pytest.mark.slow
 def test_command_writes_json_and_page(tmp_path, monkeypatch):
     brief = (dataclasses.replace(HOLD, duration=300.0),)
-    monkeypatch.setattr("slider_drilling.closed_loop.SCENARIOS", brief)
-    monkeypatch.setattr("slider_drilling.closed_loop.run.DAILY", brief)
+    monkeypatch.setattr("slider_drilling.slide_scenarios.SCENARIOS", brief)
+    monkeypatch.setattr("slider_drilling.slide_scenarios.run.DAILY", brief)
     outcome = CliRunner().invoke(
         command, ["--json", "-o", str(tmp_path), "--elements", "20", "--jobs", "1"], catch_exceptions=False)
     figures = json.loads(outcome.stdout)
@@ -183,7 +183,7 @@ def test_page_reports_stops_and_unheld_slides():
 def test_terminal_reports_interlock_stops(monkeypatch):
     trace = dataclasses.replace(trace_of(lambda t: 1.0), events=((329.4, "ERROR", "lock_up", "weight [kN] hangs"),))
     outcome = ScenarioResult(HOLD, UNDER_TEST, score_slide(HOLD, trace), trace)
-    monkeypatch.setattr("slider_drilling.closed_loop.run_all", lambda *args: iter([outcome]))
+    monkeypatch.setattr("slider_drilling.slide_scenarios.run_all", lambda *args: iter([outcome]))
     printed = CliRunner().invoke(command, ["--only", HOLD.name], catch_exceptions=False).stdout
     assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(printed.split())
 

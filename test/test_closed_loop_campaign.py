@@ -13,7 +13,13 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.cli import group
-from slider_drilling.closed_loop.campaign import (
+from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
+from slider_drilling.effects import Effects
+from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.pages import page_html
+from slider_drilling.rig import load_rig
+from slider_drilling.slide_scenarios.campaign import (
     CampaignOptions,
     ScoredSlide,
     compare_paired,
@@ -25,15 +31,9 @@ from slider_drilling.closed_loop.campaign import (
     summarise,
     worst,
 )
-from slider_drilling.closed_loop.campaign_page import as_json, campaign_page, comparison_sentences
-from slider_drilling.closed_loop.drawn import draw_slide
-from slider_drilling.closed_loop.score import SlideScore
-from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
-from slider_drilling.effects import Effects
-from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import installed_file
-from slider_drilling.pages import page_html
-from slider_drilling.rig import load_rig
+from slider_drilling.slide_scenarios.campaign_page import as_json, campaign_page, comparison_sentences
+from slider_drilling.slide_scenarios.drawn import draw_slide
+from slider_drilling.slide_scenarios.score import SlideScore
 from slider_drilling.units import SI
 
 RIG = installed_file("config/rig.example.yaml")
@@ -43,7 +43,7 @@ RIG = installed_file("config/rig.example.yaml")
 def brief(monkeypatch):
     """Slides of a third of the default duration."""
     made = partial(CampaignOptions, duration=300.0)
-    monkeypatch.setattr("slider_drilling.closed_loop.campaign.CampaignOptions", made)
+    monkeypatch.setattr("slider_drilling.slide_scenarios.campaign.CampaignOptions", made)
     return made
 
 

@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.closed_loop import SCENARIOS
-from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender
-from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.control.interlocks.motor_stall import StallGuard
 from slider_drilling.control.interlocks.slide_interlocks import Interlocks
 from slider_drilling.control.interlocks.torque_prediction import Stroke
 from slider_drilling.effects import effects_with
+from slider_drilling.slide_scenarios import SCENARIOS
+from slider_drilling.slide_scenarios.contenders import UNDER_TEST, build_contender
+from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 
 MAKE_UP, BACK_OFF = 25e3, 15e3
 SLIDES = {scenario.name: scenario for scenario in SCENARIOS}

@@ -11,7 +11,6 @@ from slider_drilling.blind.cases import CasePlan, draw_cases
 from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS, registry_law
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.plant_law import OperatingPoint
-from slider_drilling.closed_loop.every_effect import every_effect
 from slider_drilling.commands.options import complete_effect
 from slider_drilling.diagnosis.catalogue import catalogue, to_user
 from slider_drilling.diagnosis.effect_phrases import SITES
@@ -19,6 +18,7 @@ from slider_drilling.drillstring import Commands, Response, simulate
 from slider_drilling.effects import EFFECTS, SEARCH_ORDER, AngleFriction, Effects, SearchInputs, effects_with
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, check_rig, dump_rig, load_rig, parse_rig
+from slider_drilling.slide_scenarios.every_effect import every_effect
 
 LENGTH, DURATION = 3000.0, 400.0
 NAMES = tuple(field.name for field in dataclasses.fields(Effects))

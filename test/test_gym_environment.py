@@ -6,13 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from slider_drilling.closed_loop import SCENARIOS
+from slider_drilling.slide_scenarios import SCENARIOS
 
 pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env
 
-from slider_drilling.closed_loop.environment import SlideEnvironment
+from slider_drilling.slide_scenarios.environment import SlideEnvironment
 
 HOLD = dataclasses.replace(next(scenario for scenario in SCENARIOS if scenario.name == "hold, 2.6 km"), duration=20.0)
 

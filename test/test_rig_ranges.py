@@ -15,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
-from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.control import SlideController
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.drill_string import rig_with
@@ -29,6 +28,7 @@ from slider_drilling.log import read_log
 from slider_drilling.rig import Rig, check_duration, check_rig, load_rig, parse_rig
 from slider_drilling.rig.ranges_table import ranges_markdown
 from slider_drilling.schema.fields import NumberField, number_fields
+from slider_drilling.slide_scenarios import SCENARIOS
 
 CONFIG = Path(__file__).parents[1] / "config"
 EXAMPLE = CONFIG / "rig.example.yaml"

@@ -16,6 +16,7 @@ from slider_drilling.rig_activities.extract import windows
 from slider_drilling.rig_activities.report import activities_page, activity_columns, day_chart, slide_columns, to_json
 from slider_drilling.rig_activities.slides import DrilledSlide
 from slider_drilling.rig_activities.split import Activity, DaySplit, split_day
+from slider_drilling.schema.quantity_text import read_quantity
 from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
@@ -66,11 +67,11 @@ class ActivitiesResult(TableExport):
         """The log of each slide, or of each stretch of an activity such as ``"rotating"``."""
         return [cut_time_window(self.log, start, end) for start, end in windows(self.day, what)]
 
-    def plot(self) -> plotly.graph_objects.Figure:
+    def plot(self, units: Units = SI) -> plotly.graph_objects.Figure:
         """The day as a strip over what was measured. Raises InputError if plotly is not installed."""
         from slider_drilling.pages.notebook import plotly_figure
 
-        return plotly_figure(day_chart(self.day))
+        return plotly_figure(day_chart(self.day), units)
 
     def save_page(self, path: str | os.PathLike[str], units: Units = SI) -> Path:
         """Write the page; returns its path.
@@ -86,15 +87,18 @@ class ActivitiesResult(TableExport):
         return Path(path)
 
 
-def activities(log: str | os.PathLike[str] | RigLog | Run, *, depth: float | None = None) -> ActivitiesResult:
+def activities(log: str | os.PathLike[str] | RigLog | Run, *, depth: float | str | None = None) -> ActivitiesResult:
     """Split a log into rotating, sliding, rocking, connections, tripping, circulating and off bottom.
 
     Args:
         log: Path of a log, a log in memory, or a run; a minute or more, such as a day.
-        depth: Depth of the bit at the start, m; the log's own, or 0, if None.
+        depth: Depth of the bit at the start, m, or a text with its unit such as ``"13500 ft"``; the log's own, or 0,
+            if None.
 
     Raises:
         InputError: The log cannot be read, or lacks block, top drive, or pumps.
     """
     record = as_log(log)
+    if isinstance(depth, str):
+        depth = read_quantity(depth, "m", "activities: depth")
     return ActivitiesResult(record, split_day(record, depth))

@@ -14,6 +14,7 @@ from slider_drilling.drillstring import ELEMENTS
 from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.rig import Rig
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import plotly
@@ -65,6 +66,22 @@ class ReplayResult(TableExport):
         """
         write_simulated(Path(path), self.rig, self.replay.commands, self.replay.response, self.log.start,
                         f"replay of {self.log.source}")
+        return Path(path)
+
+    def save_page(self, path: str | os.PathLike[str], units: Units = SI) -> Path:
+        """Write measured and simulated channels as one HTML file of less than a megabyte; returns its path.
+
+        Args:
+            path: The file.
+            units: `slider_drilling.units.SI` or `FIELD`.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
+        from slider_drilling.diagnosis.replay_page import replay_page
+        from slider_drilling.pages import write_page
+
+        write_page(Path(path), replay_page(self.log, self.replay, units), units)
         return Path(path)
 
     def plot(self, channel: str = "surface_torque") -> plotly.graph_objects.Figure:

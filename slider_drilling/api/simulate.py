@@ -22,6 +22,8 @@ from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import TOPICS, RigLog, save_log
 from slider_drilling.rig import Rig
+from slider_drilling.schema.quantity_text import read_quantity
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import plotly
@@ -100,13 +102,17 @@ class Run(TableExport):
         save_log(self.log, path, recorded_by="slider_drilling.simulate", notes=notes)
         return Path(path)
 
-    def plot(self) -> plotly.graph_objects.Figure:
+    def save_page(self, path: str | os.PathLike[str], units: Units = SI) -> Path:
+        """Write summary and figures as one HTML file of less than a megabyte; for the arguments see `RigLog`."""
+        return self.log.save_page(path, units)
+
+    def plot(self, units: Units = SI) -> plotly.graph_objects.Figure:
         """The log's panels over time.
 
         Raises:
             InputError: plotly is not installed.
         """
-        return self.log.plot()
+        return self.log.plot(units)
 
 
 def simulate(
@@ -114,7 +120,7 @@ def simulate(
     drive: Drive,
     duration: float | None = None,
     *,
-    target: float = 0.0,
+    target: float | str = 0.0,
     seed: int = 0,
     elements: int = ELEMENTS,
     start: InitialState = InitialState(),
@@ -127,7 +133,7 @@ def simulate(
         drive: `Commands`, or a controller: an object with ``step``, its class, a function of the rig, or
             ``"module:Class"``. A controller is limited by the drives and sees what the sensors read.
         duration: Simulated time, s. Required with a controller; commands have their own.
-        target: Toolface that a controller holds, rad.
+        target: Toolface that a controller holds, rad, or a text with its unit such as ``"45 deg"``.
         seed: Seed of the sensor noise.
         elements: Elements of the string.
         start: Twist and toolface of the string at the start.
@@ -137,6 +143,8 @@ def simulate(
         InputError: An argument cannot be used; the message names it.
     """
     known = rig if nominal is None else nominal
+    if isinstance(target, str):
+        target = read_quantity(target, "rad", "simulate: target")
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")

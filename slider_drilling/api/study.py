@@ -13,6 +13,7 @@ from slider_drilling.columns import Columns, TableExport
 from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.catalogue import run_study
 from slider_drilling.paper_studies.study import Claim, Study, chart_lines
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import plotly
@@ -45,11 +46,12 @@ class StudyResult(TableExport):
         return Columns({**text, "x": np.concatenate([none, *(row[-1].x for row in rows)]),
                         "y": np.concatenate([none, *(row[-1].y for row in rows)])})
 
-    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+    def save(self, folder: str | os.PathLike[str], units: Units = SI) -> list[Path]:
         """Write NAME.html, NAME.png, NAME.csv and NAME.json; returns their paths.
 
         Args:
             folder: Created if it does not exist.
+            units: Of page and picture, `slider_drilling.units.SI` or `FIELD`.
 
         Raises:
             InputError: A file cannot be written.
@@ -57,9 +59,9 @@ class StudyResult(TableExport):
         """
         from slider_drilling.paper_studies.render import write_study
 
-        return write_study(self.study, Path(folder))
+        return write_study(self.study, Path(folder), units=units)
 
-    def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
+    def plot(self, index: int = 0, units: Units = SI) -> plotly.graph_objects.Figure:
         """The figure with this index, from 0.
 
         Raises:
@@ -67,7 +69,7 @@ class StudyResult(TableExport):
         """
         from slider_drilling.pages.notebook import plotly_figure
 
-        return plotly_figure(self.study.figures[index])
+        return plotly_figure(self.study.figures[index], units)
 
 
 def study(name: str) -> StudyResult:

@@ -104,12 +104,12 @@ class TorqueDragResult(TableExport):
             write_atomically(path, dump_rig(self.rig).encode())
         return [page, image, table, *changed]
 
-    def plot(self) -> plotly.graph_objects.Figure:
+    def plot(self, units: Units = SI) -> plotly.graph_objects.Figure:
         """Hook load over bit depth."""
         from slider_drilling.pages.notebook import plotly_figure
 
         weights = None if self.calibration is None else self.calibration.weights
-        return plotly_figure(hook_load_chart(self.sticks, self.points, weights))
+        return plotly_figure(hook_load_chart(self.sticks, self.points, weights), units)
 
 
 def torque_drag(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,13 +32,10 @@ class DepthWithUnit(click.ParamType):
     name = "depth"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from slider_drilling.units import si_factor
+        from slider_drilling.schema.quantity_text import read_quantity
 
-        written = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([^\d\s].*?)\s*", str(value))
-        if written is None:
-            self.fail(f"{value!r} is not a depth with its unit, such as 4120m or 13500ft", param, ctx)
         try:
-            return float(written[1]) * si_factor(written[2], "length", "depth")
+            return read_quantity(str(value), "m", "depth")
         except InputError as error:
             self.fail(f"{value!r}: {error}", param, ctx)
 

@@ -12,7 +12,7 @@ from slider_drilling.commands.campaign_options import scheduler_option
 from slider_drilling.commands.options import print_listing, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.closed_loop import Scenario, ScenarioResult
+    from slider_drilling.slide_scenarios import Scenario, ScenarioResult
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -62,11 +62,11 @@ def command(
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended and exits with 130 (143).
     """
     from slider_drilling.campaign.run import WorkerSettings
-    from slider_drilling.closed_loop.campaign import CampaignOptions
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
     from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
     from slider_drilling.errors import InputError
     from slider_drilling.files.installed_files import installed_file
+    from slider_drilling.slide_scenarios.campaign import CampaignOptions
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -96,12 +96,12 @@ def _run_and_write(
     output: Path | None, as_json_text: bool, units: Units,
 ) -> None:  # fmt: skip
     """Run the scenarios, then write the files and print the results."""
-    from slider_drilling.closed_loop import report
-    from slider_drilling.closed_loop.page import closed_loop_page
     from slider_drilling.commands.overrides import parse_settings
     from slider_drilling.console.streams import stderr
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.pages import write_page
+    from slider_drilling.slide_scenarios import report
+    from slider_drilling.slide_scenarios.page import closed_loop_page
 
     if output is not None:
         make_folder(output)
@@ -125,7 +125,7 @@ def _run_and_write(
 
 
 def _known(every: bool) -> tuple[Scenario, ...]:
-    from slider_drilling.closed_loop import SCENARIOS, every_effect
+    from slider_drilling.slide_scenarios import SCENARIOS, every_effect
 
     return (*SCENARIOS, *every_effect()) if every else SCENARIOS
 
@@ -143,8 +143,8 @@ def _chosen(only: tuple[str, ...], every: bool) -> list[Scenario]:
 def _run(
     scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int, settings: dict[str, float]
 ) -> list[ScenarioResult]:
-    from slider_drilling.closed_loop import contender_pairs, run_all
     from slider_drilling.console.streams import progress_bar
+    from slider_drilling.slide_scenarios import contender_pairs, run_all
 
     results: list[ScenarioResult] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
@@ -164,9 +164,9 @@ def print_results(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
     """Print the table, the interlocks that stopped a slide, and what rig file and MWD cost."""
     from rich.table import Table
 
-    from slider_drilling.closed_loop.contenders import UNDER_TEST
-    from slider_drilling.closed_loop.report import information_costs, interlock_stops, terminal_header, terminal_row
     from slider_drilling.console.streams import stdout
+    from slider_drilling.slide_scenarios.contenders import UNDER_TEST
+    from slider_drilling.slide_scenarios.report import information_costs, interlock_stops, terminal_header, terminal_row
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for index, label in enumerate(terminal_header(units)):

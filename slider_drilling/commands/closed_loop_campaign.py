@@ -12,8 +12,8 @@ from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.run import WorkerSettings
-    from slider_drilling.closed_loop.campaign import CampaignOptions, ScoredSlide
-    from slider_drilling.closed_loop.scenario import Scenario
+    from slider_drilling.slide_scenarios.campaign import CampaignOptions, ScoredSlide
+    from slider_drilling.slide_scenarios.scenario import Scenario
     from slider_drilling.units import Units
 
 FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", "results"
@@ -46,10 +46,10 @@ def run_campaign(
     """
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.campaign.progress import run_with_progress
-    from slider_drilling.closed_loop import campaign_page
-    from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
     from slider_drilling.files.output_files import check_outputs, make_folder, make_subfolder, write_atomically
     from slider_drilling.pages import write_page
+    from slider_drilling.slide_scenarios import campaign_page
+    from slider_drilling.slide_scenarios.campaign import repeat_command, slide_job, slide_of
 
     make_folder(output)
     check_outputs((output / FILE, output / PAGE), (options.rig,))
@@ -77,9 +77,9 @@ def run_campaign(
 
 def drawn_scenario(number: int, options: CampaignOptions) -> tuple[Scenario, int]:
     """Return one slide of a campaign, and the seed of its noise."""
-    from slider_drilling.closed_loop.campaign import noise_seed
-    from slider_drilling.closed_loop.drawn import draw_slide
     from slider_drilling.rig import load_rig
+    from slider_drilling.slide_scenarios.campaign import noise_seed
+    from slider_drilling.slide_scenarios.drawn import draw_slide
 
     scenario = draw_slide(number, options.seed, load_rig(options.rig), options.duration)
     return scenario, noise_seed(options.seed, number)
@@ -88,9 +88,9 @@ def drawn_scenario(number: int, options: CampaignOptions) -> tuple[Scenario, int
 def _print(scored: Mapping[str, Sequence[ScoredSlide]]) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.campaign import summarise
-    from slider_drilling.closed_loop.campaign_page import TERMINAL_HEADER, comparison_sentences, terminal_row
     from slider_drilling.console.streams import stdout
+    from slider_drilling.slide_scenarios.campaign import summarise
+    from slider_drilling.slide_scenarios.campaign_page import TERMINAL_HEADER, comparison_sentences, terminal_row
 
     table = Table(*TERMINAL_HEADER, title="mean toolface error that this share of slides stays below")
     for name, slides in scored.items():

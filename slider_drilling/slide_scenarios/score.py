@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.trace import Array, SlideTrace
+from slider_drilling.slide_scenarios.scenario import Scenario
+from slider_drilling.slide_scenarios.trace import Array, SlideTrace
 
 TOLERANCE_DEG = 15.0
 MIN_HELD_SHARE = 0.95   # of the scored time within the tolerance, for a toolface that counts as held

@@ -8,18 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.closed_loop.contenders import (
-    BASELINES,
-    UNDER_TEST,
-    UPPER_BOUNDS,
-    build_contender,
-    measurements_for,
-)
-from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.scenarios import DAILY
-from slider_drilling.closed_loop.score import SlideScore, score_slide
-from slider_drilling.closed_loop.trace import SlideTrace
 from slider_drilling.control.controller_loader import (
     DEFAULT_CONTROLLER,
     checked_step,
@@ -28,6 +16,18 @@ from slider_drilling.control.controller_loader import (
 )
 from slider_drilling.control.interface import Controller
 from slider_drilling.process.worker_pool import map_in_processes
+from slider_drilling.slide_scenarios.contenders import (
+    BASELINES,
+    UNDER_TEST,
+    UPPER_BOUNDS,
+    build_contender,
+    measurements_for,
+)
+from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
+from slider_drilling.slide_scenarios.scenario import Scenario
+from slider_drilling.slide_scenarios.scenarios import DAILY
+from slider_drilling.slide_scenarios.score import SlideScore, score_slide
+from slider_drilling.slide_scenarios.trace import SlideTrace
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
             "rate_of_penetration", "bit_depth")

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
-from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.effects import EFFECTS, Effects, effects_with
 from slider_drilling.rig import Rig, Sensors, check_rig
+from slider_drilling.slide_scenarios.scenario import Scenario
 
 DURATION_S = 900.0
 _ONE_EFFECT, _TWO_EFFECTS = 0.4, 0.2  # shares of slides with one and with two effects

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST, UPPER_BOUNDS
-from slider_drilling.closed_loop.run import ScenarioResult
-from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.score import SlideScore
+from slider_drilling.slide_scenarios.contenders import BASELINES, UNDER_TEST, UPPER_BOUNDS
+from slider_drilling.slide_scenarios.run import ScenarioResult
+from slider_drilling.slide_scenarios.scenario import Scenario
+from slider_drilling.slide_scenarios.score import SlideScore
 from slider_drilling.units import Units, format_number
 
 SCHEMA = "slider_drilling/closed_loop/1"

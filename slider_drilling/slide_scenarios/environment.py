@@ -10,9 +10,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control.interface import Measurements, RigCommand
+from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
+from slider_drilling.slide_scenarios.scenario import Scenario
 
 Array = NDArray[np.float32]
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.closed_loop.campaign import (
+from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
+from slider_drilling.slide_scenarios.campaign import (
     QUANTILES,
     SCHEMA,
     CampaignOptions,
@@ -20,9 +21,8 @@ from slider_drilling.closed_loop.campaign import (
     summarise,
     worst,
 )
-from slider_drilling.closed_loop.report import set_after
-from slider_drilling.closed_loop.score import ALLOWED_TIME, SET_TIME, TOLERANCE_DEG
-from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
+from slider_drilling.slide_scenarios.report import set_after
+from slider_drilling.slide_scenarios.score import ALLOWED_TIME, SET_TIME, TOLERANCE_DEG
 
 TERMINAL_HEADER = ("controller", "slides", "50 %\ndeg", "90 %\ndeg", "95 %\ndeg", "held\nslides", "set\nslides",
                    "nothing\ndrilled")  # fmt: skip

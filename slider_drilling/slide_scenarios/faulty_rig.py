@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.effects import AngleFriction
+from slider_drilling.slide_scenarios.scenario import Scenario
 
 _SLIP_TIME = 3.0  # s, duration of a block slip
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, ORACLE, UNDER_TEST, UPPER_BOUNDS
-from slider_drilling.closed_loop.report import information_costs, set_after
-from slider_drilling.closed_loop.run import ScenarioResult
-from slider_drilling.closed_loop.score import ALLOWED_TIME, MIN_HELD_SHARE, SET_TIME, TOLERANCE_DEG, error_deg
 from slider_drilling.pages import Bars, BulletList, Chart, Headline, Line, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, PURPLE, RED, SKY
 from slider_drilling.pages.page import Cell, Tone
+from slider_drilling.slide_scenarios.contenders import ABOUT, BASELINES, INFORMED, ORACLE, UNDER_TEST, UPPER_BOUNDS
+from slider_drilling.slide_scenarios.report import information_costs, set_after
+from slider_drilling.slide_scenarios.run import ScenarioResult
+from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SET_TIME, TOLERANCE_DEG, error_deg
 
 _CONTROL_HEADER = ("scenario", "well", "mean error, deg", "95 % below, deg", "within 15 deg, %", "set after, s")
 _DRILLING_HEADER = ("scenario", "peak torque, kN m", "spread of weight on bit, kN", "rate of penetration, m/h")
@@ -102,7 +102,7 @@ def _mean_errors(rows: Sequence[dict[str, ScenarioResult]]) -> Chart:
 
 def _scenario(row: dict[str, ScenarioResult]) -> Section:
     scenario = row[UNDER_TEST].scenario
-    items: list[str | Chart | Table] = [scenario.about, _traces(row)]
+    items: list[str | Chart | Table] = [scenario.about, scenario_chart(row)]
     events = row[UNDER_TEST].trace.events
     if events:
         lines = tuple((time, level, name.replace("_", " "), message) for time, level, name, message in events)
@@ -110,7 +110,7 @@ def _scenario(row: dict[str, ScenarioResult]) -> Section:
     return Section(scenario.name, tuple(items), collapsed=True)
 
 
-def _traces(row: dict[str, ScenarioResult]) -> Chart:
+def scenario_chart(row: dict[str, ScenarioResult]) -> Chart:
     """Toolface error of every contender; top drive, torque and weight on bit of the controller under test."""
     errors = []
     for contender, result in row.items():

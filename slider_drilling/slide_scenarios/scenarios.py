@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from slider_drilling.closed_loop.scenario import WELLS, Scenario
 from slider_drilling.effects import effects_with
+from slider_drilling.slide_scenarios.scenario import WELLS, Scenario
 
 _SHORT, _MIDDLE, _LONG = WELLS
 

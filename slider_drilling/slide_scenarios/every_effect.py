@@ -5,10 +5,10 @@ The controller knows none of them.
 
 from __future__ import annotations
 
-from slider_drilling.closed_loop.scenario import WELLS, Scenario
 from slider_drilling.effects import EFFECTS, effects_with
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
+from slider_drilling.slide_scenarios.scenario import WELLS, Scenario
 
 DURATION_S = 1200.0
 PAIRS = (("torsional_compliance", "motor_wear"), ("cuttings_bed", "torque_sensor_bias"), ("stribeck", "heave"),

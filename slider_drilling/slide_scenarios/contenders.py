@@ -6,13 +6,13 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
-from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control import FixedRocking, SlideController, SlideSettings
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, configure, load_controller, settings_of
 from slider_drilling.control.fixed_rocking import settings_for
 from slider_drilling.control.interface import Controller, Measurements, MwdSample
 from slider_drilling.drillstring import GroundTruth
 from slider_drilling.rig import Mwd, Rig
+from slider_drilling.slide_scenarios.scenario import Scenario
 
 UNDER_TEST = "controller"
 NO_ROCKING = "no_rocking"

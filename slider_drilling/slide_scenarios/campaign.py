@@ -12,12 +12,12 @@ import numpy as np
 from scipy.stats import binomtest
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST
-from slider_drilling.closed_loop.drawn import draw_slide
-from slider_drilling.closed_loop.run import run_scenario
-from slider_drilling.closed_loop.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.rig import load_rig
+from slider_drilling.slide_scenarios.contenders import BASELINES, UNDER_TEST
+from slider_drilling.slide_scenarios.drawn import draw_slide
+from slider_drilling.slide_scenarios.run import run_scenario
+from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
 from slider_drilling.user_code import import_reference, source_files
 
 SCHEMA = "slider_drilling/closed_loop_campaign/2"
@@ -90,7 +90,7 @@ def slide_job(number: int, controller: str, campaign: CampaignOptions) -> Job:
         inputs |= {f"controller {number}": str(path) for number, path in enumerate(files)}
     options = {"number": number, "controller": controller, "elements": campaign.elements,
                "duration": campaign.duration}  # fmt: skip
-    call = "slider_drilling.closed_loop.campaign:run_slide"
+    call = "slider_drilling.slide_scenarios.campaign:run_slide"
     return Job(call, f"slide {number} with {controller}", inputs, options, campaign.seed)
 
 
