@@ -11,17 +11,23 @@ import numpy as np
 import pytest
 from short_well import short_rig
 
+from slider_drilling.diagnosis.diagnose import diagnose
+from slider_drilling.diagnosis.page import report_page
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.import_record import ImportRecord, IntegratedQuantity
 from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.log_checks import LogChecks, check_log
+from slider_drilling.log_checks import LogChecks, check_log, check_without_rig
+from slider_drilling.log_checks.block_weight import check_block_weight
 from slider_drilling.log_checks.glitches import find_glitches
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
+from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig
-from slider_drilling.units import KINDS
+from slider_drilling.units import KINDS, SI
+from slider_drilling.wellbore.static_loads import static_loads
 
 
 @pytest.fixture(scope="module")
@@ -161,6 +167,81 @@ def test_other_rigs_file_is_unusable(log, rig):
     assert "do not belong together" in error_of(log, heavy)
     wide = replace(rig, hydraulics=replace(rig.hydraulics, reference_pressure=1e7, reference_flow=0.01))
     assert "standpipe_pressure" in error_of(log, wide)
+
+
+@pytest.mark.parametrize(("true", "taken"), [("psi", "bar"), ("bar", "psi"), ("MPa", "bar"), ("psi", "kPa")])
+def test_unit_taken_for_another_is_named(log, rig, true, taken):
+    factor = KINDS["pressure"][taken] / KINDS["pressure"][true]
+    text = error_of(changed(log, "standpipe_pressure", value=lambda x: factor * x), rig)
+    assert f"looks like {true} that was imported as {taken}" in text
+
+
+def rows_of(checked: LogChecks) -> dict[str, tuple[str, str]]:
+    return {row.check: (row.result, str(row.text)) for row in checked.rows()}
+
+
+def test_table_of_checks_of_a_sound_log(log, rig):
+    rows = rows_of(check_log(log, rig))
+    assert {result for result, _ in rows.values()} == {"ok", "not checked"}
+    assert rows["rate"][1].endswith("10 samples a second") and rows["block weight"][0] == "not checked"
+    alone = rows_of(check_without_rig(log))
+    assert alone["units and levels"][0] == "not checked" and alone["gaps"][0] == "ok"
+
+
+@pytest.mark.parametrize(("null", "unit"), [(-999.25, "klbf"), (-9999.0, "kN"), (-999.0, "N")])
+def test_nulls_in_a_recorded_log_are_masked(log, rig, null, unit):
+    def filled(load):
+        load[[50, 300, 301]] = null * KINDS["force"][unit]
+        return load
+
+    checked = check_log(changed(log, "draw_works", effort=filled), rig)
+    assert np.flatnonzero(np.isnan(checked.log.draw_works.effort)).tolist() == [50, 300, 301]
+    assert rows_of(checked)["nulls"] == (
+        "noted", f"hook load: 3 of 800 samples are {null:g} {unit}, the first at 5.0 s: taken as no value"
+    )  # fmt: skip
+
+
+def test_lost_signs_are_unusable(log, rig):
+    both = changed(log, "top_drive", velocity=np.abs, effort=np.abs)
+    assert "speed and surface torque never turns negative while it rocks" in error_of(both, rig)
+    assert "speed never turns negative" in error_of(changed(log, "top_drive", velocity=np.abs), rig)
+    assert "surface torque never turns negative" in error_of(changed(log, "top_drive", effort=np.abs), rig)
+
+
+def test_weight_of_the_block_is_noted(rig):
+    time = np.arange(0.0, 60.0, 0.1)
+    still = np.zeros_like(time)
+    weight = static_loads(rig, elements=100).hook_load
+
+    def turning(load):
+        drive = JointSeries(time, time, 4.0 * time, 4.0 + still, 8e3 + still)
+        return RigLog("t.mcap", 0, top_drive=drive, draw_works=JointSeries(time, time, still, still, load + still))
+
+    (note,), _ = check_block_weight(turning(weight + 276e3), rig)
+    assert note.severity == "note" and "the 276 kN above it look like the block" in str(note.text)
+    assert check_block_weight(turning(1.05 * weight), rig) == ([], True)
+
+
+@pytest.mark.parametrize(
+    ("integrated", "severity", "said"),
+    [
+        (IntegratedQuantity(0.2), "note", "may be off by 0.20 rad"),
+        (IntegratedQuantity(7.0), "uninformative", "may be off by 7.0 rad: too far to compare"),
+        (IntegratedQuantity(0.2, 2, 3600.0), "uninformative", "which has 2 gaps of 3600 s"),
+    ],
+)
+def test_integrated_angle_carries_its_error(log, rig, integrated, severity, said):
+    imported = replace(log, imported=ImportRecord(integrated={"top_drive_angle": integrated}))
+    (text,) = check_log(imported, rig).messages(severity)
+    assert said in text
+
+
+def test_diagnosis_of_an_integrated_angle_is_inconclusive(log, rig):
+    imported = replace(log, imported=ImportRecord(integrated={"top_drive_angle": IntegratedQuantity(9.0)}))
+    answer = diagnose([imported], rig)
+    assert answer.verdict == "inconclusive"
+    page = page_html(report_page(answer), SI)
+    assert "Log checks" in page and "no conclusion" in page and "may be off by 9.0 rad" in page
 
 
 def test_pressure_within_calibration_range_passes(log, rig):

@@ -17,6 +17,7 @@ from slider_drilling.units import KINDS
 _NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0, 999.25, 9999.0, 99999.0)
 _SPANS = 3.0  # times the range of all other values that a null lies outside
 _CHANNELS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "mwd_tool_face")
+_POSITIVE = ("hook_load", "standpipe_pressure", "pump_speed")
 _MAX_SHARE = 0.5
 
 
@@ -28,7 +29,7 @@ def mask_undeclared_nulls(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
         series: Any = log.series().get(key)
         for quantity in TOPICS[key].quantities if series is not None else ():
             values = getattr(series, quantity.array)
-            where, null = _nulls(values, quantity.unit)
+            where, null = _nulls(values, quantity.unit, quantity.column in _POSITIVE)
             if not where.any():
                 continue
             count, first = int(np.count_nonzero(where)), float(series.time[where][0])
@@ -42,7 +43,7 @@ def mask_undeclared_nulls(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
     return (replace(log, **changed) if changed else log), issues
 
 
-def _nulls(values: Array, unit: str) -> tuple[Any, str]:
+def _nulls(values: Array, unit: str, positive: bool) -> tuple[Any, str]:
     """Where a quantity is a null in some unit, and how that is written."""
     none = np.zeros(values.shape, dtype=np.bool_)
     known = values[np.isfinite(values)]
@@ -53,7 +54,8 @@ def _nulls(values: Array, unit: str) -> tuple[Any, str]:
         if others.size < 2 or known.size - others.size > _MAX_SHARE * known.size:
             continue
         low, high = np.quantile(others, (0.01, 0.99))
-        if max(low - end, end - high) <= _SPANS * max(float(high - low), 1e-9):
+        outside = max(low - end, end - high) > _SPANS * max(float(high - low), 1e-9)
+        if not outside and not (positive and end < 0.0):
             continue
         written = _written(end, unit)
         if written:

@@ -147,7 +147,7 @@ def _is_null(value: float, known: Array, positive: bool) -> bool:
     span = max(float(high - low), 1e-9)
     distance = max(low - value, value - high)
     if is_null_like(value):
-        return bool(distance > _SPANS * span)
+        return bool(distance > _SPANS * span) or (positive and value < 0.0)
     return count > 1 and bool(distance > _MANY * span) and ((positive and value < 0.0) or abs(value) > 1e5 * abs(high))
 
 
