@@ -139,6 +139,12 @@ def test_ragged_rows(tmp_path: Path) -> None:
         read_table(written(tmp_path, "Time (s),HKLD (klbf),TQ (ft-lbf)\n0,200,1,7\n"))
 
 
+def test_last_line_that_breaks_off_is_left_out(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "Time,HKLD (klbf)\n2024-03-12 14:58:00,200\n2024-03-12 14:58:01,201\n2024-0"))
+    np.testing.assert_allclose(hook(log), [200, 201])
+    assert "line 4 breaks off: left out" in log.notes
+
+
 def test_equal_heads_with_equal_values_are_one(tmp_path: Path) -> None:
     text = "Time (s),HKLD,HKLD\n,klbf,klbf\n0,200,200\n1,201,{}\n"
     np.testing.assert_allclose(hook(read_table(written(tmp_path, text.format(201)))), [200, 201])

@@ -114,9 +114,19 @@ class TextTable:
         if not lines:
             raise InputError(f"{self.path}: has no rows of numbers")
         notes = []
+        if short and short[-1] == lines[-1] and len(lines) > 1 and self._breaks_off():
+            notes.append(f"line {lines[-1]} breaks off: left out")
+            del picked[-1], lines[-1], short[-1]
         if short:
             notes.append(f"{len(short)} rows have fewer cells than heads, the first is line {short[0]}: taken as null")
         return picked, lines, notes
+
+    def _breaks_off(self) -> bool:
+        """Whether the last line has no end, as in a file that was copied while it was written."""
+        last = ""
+        for line in _lines(self.path, self.format.encoding):
+            last = line
+        return not last.endswith("\n")
 
     def _full(self, row: list[str], line: int, short: list[int]) -> list[str]:
         """A row with as many cells as there are columns. Raises InputError for one with more than empty ones."""

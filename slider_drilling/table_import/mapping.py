@@ -40,7 +40,8 @@ class ImportChannel:
 
 def _registered_channels() -> dict[str, ImportChannel]:
     """By name: what the registry of topics says can be imported, and the pump's flow, which gives its speed."""
-    kind_of_unit = {next(iter(units)): kind for kind, units in KINDS.items()}
+    # Several kinds may have one SI unit (pressure and stress, Pa): the first is that of a rig's readings.
+    kind_of_unit = {next(iter(units)): kind for kind, units in reversed(KINDS.items())}
     channels = {
         quantity.import_name: ImportChannel(key, quantity.array, kind_of_unit[quantity.unit], quantity.is_wrapped)
         for key, topic in TOPICS.items()

@@ -261,7 +261,7 @@ class _Import:
         """Tell what was assumed about dates and zone, and where the clock seems to have been set."""
         add, time = self.found.add, self.mapping.layout.time
         if notes.date_order:
-            add("clock", f"dates are read as {notes.date_order} (month first is MDY); if they are not, set "
+            add("clock", f"dates are read as {notes.date_order} (M is the month); if they are not, set "
                          "time.date_order in the mapping")  # fmt: skip
         if notes.without_date:
             add("clock", "the times have no date: counted from 1970-01-01; give the first row's with start")

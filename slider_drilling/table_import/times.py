@@ -174,9 +174,9 @@ def _days(written: set[str], order: str, notes: ClockNotes, where: str) -> dict[
     fits = [candidate for candidate in ORDERS if all(_day(part, candidate) is not None for part in known)]
     if order and known and order not in fits:
         raise InputError(f"{where}: dates such as {shorten(min(written))} are not in date_order {order}")
-    if not order and len(fits) > 1:
+    if not order and known and len(fits) > 1:
         spans = {one: _span([_day(part, one) for part in known]) for one in fits}
-        shortest = [one for one in fits if spans[one] == min(spans.values())]
+        shortest = [one for one in _usual_orders(min(written)) if spans.get(one) == min(spans.values())]
         # A log lasts days, not months: the wrong order tears the days of a log apart.
         order = shortest[0]
         if len(shortest) > 1:
@@ -184,6 +184,11 @@ def _days(written: set[str], order: str, notes: ClockNotes, where: str) -> dict[
     elif not order and fits:
         order = fits[0]
     return {date: None if part is None or not order else _day(part, order) for date, part in parts.items()}
+
+
+def _usual_orders(date: str) -> tuple[str, ...]:
+    """Orders of the date's parts, the usual one for its separator first: 14.3. and 14-3, but 3/14."""
+    return ("YMD", "MDY", "DMY") if "/" in date else ("YMD", "DMY", "MDY")
 
 
 def _span(days: list[int | None]) -> int:
