@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_checks, print_json, units_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, topics_option, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.log import RigLog
@@ -22,9 +21,14 @@ if TYPE_CHECKING:
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @namespace_option
+@topics_option
+@click.option("--all", "show_all", is_flag=True, help="Print every topic and note, however many lines that takes.")
 @units_option
 @json_option
-def command(log: Path, rig_path: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
+def command(
+    log: Path, rig_path: Path | None, namespace: str | None, topics_path: Path | None, show_all: bool, units: Units,
+    as_json: bool,
+) -> None:  # fmt: skip
     """List the topics of LOG, or of a folder of its parts: types, rates, gaps, steps of the clock, lost messages.
 
     Then print what is missing for a replay and for a diagnosis.
@@ -32,11 +36,13 @@ def command(log: Path, rig_path: Path | None, namespace: str | None, units: Unit
     from slider_drilling.errors import InputError
     from slider_drilling.log import read_log
     from slider_drilling.log.info import log_info
+    from slider_drilling.log.topic_map import NO_TOPICS, read_topic_map
 
-    info = log_info(log)
+    topics = NO_TOPICS if topics_path is None else read_topic_map(topics_path)
+    info = log_info(log, topics)
     record: RigLog | None = None
     try:
-        record = read_log(log, rig_path, namespace)
+        record = read_log(log, rig_path, namespace, topics_path)
         refused = ""
     except InputError as error:
         refused = str(error)
@@ -50,9 +56,9 @@ def command(log: Path, rig_path: Path | None, namespace: str | None, units: Unit
     if as_json:
         _print_json(info, notes, missing, assumed, rows)
         return
-    _print(info, notes, missing, assumed, units)
-    if rows:
-        print_checks(rows, units)
+    from slider_drilling.commands.info_lines import print_info
+
+    print_info(info, notes, missing, assumed, rows, units, show_all)
 
 
 def _checks(record: RigLog, missing: list[str]) -> tuple[CheckRow, ...]:
@@ -111,7 +117,7 @@ def _row(topic: TopicInfo) -> dict[str, object]:
         "topic": topic.topic, "type": topic.message_type, "messages": topic.messages, "first_s": topic.first,
         "last_s": topic.last, "rate_hz": topic.rate, "longest_gap_s": topic.longest_gap, "gaps": topic.gaps,
         "lost": topic.lost, "clock_steps_back": topic.stamp_steps_back, "furthest_back_s": topic.largest_step_back,
-        "lag_s": topic.lag,
+        "lag_s": topic.lag, "channels": topic.channels,
     }  # fmt: skip
 
 
@@ -125,41 +131,3 @@ def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], 
         "assumed_in_replay": [str(text) for text in assumed],
         "log_checks": [{"check": row.check, "result": row.result, "text": str(row.text)} for row in rows],
     })  # fmt: skip
-
-
-def _print(
-    info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text], units: Units
-) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    from slider_drilling.console.streams import stdout
-
-    total, say = sum(topic.messages for topic in info.topics), stdout().print
-    many = f"{len(info.files)} files, " if len(info.files) > 1 else ""
-    say(f"{many}{info.bytes / 1e6:.2f} MB, {total} messages over {info.seconds:.1f} s")
-    table = Table(box=SIMPLE_HEAD)
-    table.add_column("topic", overflow="fold")
-    table.add_column("type", overflow="fold")
-    for heading in ("messages", "rate, Hz", "longest gap, s", "gaps", "lost", "steps back", "lag, s"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for topic in info.topics:
-        back = f"{topic.stamp_steps_back} ({topic.largest_step_back:.1f} s)" if topic.stamp_steps_back else "0"
-        table.add_row(
-            topic.topic, topic.message_type.rpartition("/")[2], str(topic.messages), _number(topic.rate, ".4g"),
-            _number(topic.longest_gap, ".2f"), str(topic.gaps), str(topic.lost), back, _number(topic.lag, ".2f"),
-        )  # fmt: skip
-    say(table)
-    say(f"attachments: {', '.join(info.attachments) or 'none'}; metadata: {', '.join(info.metadata) or 'none'}")
-    for note in notes:
-        say(f"note: {note}")
-    for use, reasons in missing.items():
-        say(f"{use}: ready" if not reasons else f"{use}: not possible")
-        for reason in reasons:
-            say(f"  {reason}")
-    for sentence in assumed:
-        say(f"  in a replay {units.convert_text(sentence)}")
-
-
-def _number(value: float, form: str) -> str:
-    return "-" if math.isnan(value) else format(value, form)

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    import rich.table
+
     from slider_drilling.log_checks import CheckRow
     from slider_drilling.pages import Table
     from slider_drilling.units import Units
@@ -111,11 +113,16 @@ def print_checks(rows: Sequence[CheckRow], units: Units, source: str = "") -> No
         units: Display units.
         source: Names the log where there are several.
     """
+    from slider_drilling.console.streams import stdout
+
+    stdout().print(checks_table(rows, units, source))
+
+
+def checks_table(rows: Sequence[CheckRow], units: Units, source: str = "") -> rich.table.Table:
+    """The table that `print_checks` prints."""
     from rich.box import SIMPLE
     from rich.table import Table
     from rich.text import Text
-
-    from slider_drilling.console.streams import stdout
 
     title = f"log checks: {source}" if source else "log checks"
     table = Table("check", "result", "", title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
@@ -125,7 +132,7 @@ def print_checks(rows: Sequence[CheckRow], units: Units, source: str = "") -> No
     sound = ", ".join(row.check for row in rows if row.result == "ok")
     if sound:
         table.add_row("", "ok", sound)
-    stdout().print(table)
+    return table
 
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
