@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.exceptions import InvalidTopicNameException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.publisher import Publisher
 from std_msgs.msg import String
 
@@ -117,6 +118,9 @@ class LogPlayer(ManagedNode):
             return raw_topics.publisher(self, Topic(name, kind))
         except (ImportError, AttributeError) as error:
             self.get_logger().warning(f"{name}: not played: {kind}: {error}")
+        except rclpy_implementation.RCLError as error:
+            # As of a command, which the policy of a secured rig lets no player send.
+            self.get_logger().warning(f"{name}: not played: {str(error).splitlines()[0]}")
         except InvalidTopicNameException:
             self.get_logger().warning(f"{name!r}: not played: not a valid ROS 2 topic name")
         return None

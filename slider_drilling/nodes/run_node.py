@@ -25,6 +25,7 @@ NODES = {
     "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
     "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
+    "opcua_bridge": ("slider_drilling.nodes.opcua_bridge", "OpcuaBridge"),
 }
 WRONG_ARGUMENTS = (
     rclpy_implementation.RCLError,
@@ -81,6 +82,7 @@ def _spin_node(node_class: Any, shutdown_request: ShutdownRequest) -> None:
     finally:
         if isinstance(node, ClosableNode):
             node.close()
+        node.destroy_node()
 
 
 def init(arguments: list[str]) -> None:

@@ -6,12 +6,13 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy
+from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.log import LogWriter
-from slider_drilling.nodes import friction_simulator, log_player, recorder, rocking_controller
+from slider_drilling.nodes import friction_simulator, log_player, opcua_bridge, recorder, rocking_controller
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.nodes.shutdown import ShutdownRequest
@@ -21,6 +22,7 @@ MODULES = {
     "rocking_controller": (rocking_controller, rocking_controller.RockingController),
     "recorder": (recorder, recorder.Recorder),
     "log_player": (log_player, log_player.LogPlayer),
+    "opcua_bridge": (opcua_bridge, opcua_bridge.OpcuaBridge),
 }
 # Every node has these; parameters and lifecycles are ROS 2's own to describe.
 COMMON = {"/parameter_events", "/rosout"}
@@ -64,7 +66,9 @@ def check_parameters(listed: list[list[str]], parameters: list[NodeParameter]) -
 
 
 @pytest.fixture(params=MODULES)
-def node(request, alone, tmp_path) -> Node:
+def node(request, alone, tmp_path, repository) -> Node:
+    if request.param == "opcua_bridge":
+        pytest.importorskip("asyncua", reason="no asyncua: pip install '.[bridge]'")
     log = tmp_path / "played.mcap"
     with LogWriter(log) as writer:
         writer.joint_state("top_drive/joint_states", 0.0, "top_drive", 0.0, 0.0, 0.0)
@@ -72,6 +76,7 @@ def node(request, alone, tmp_path) -> Node:
         "friction_simulator": {"elements": 20},
         "recorder": {"directory": str(tmp_path / "bag")},
         "log_player": {"log": str(log)},
+        "opcua_bridge": {"mapping": str(repository / "config" / "opcua_rig.example.yaml"), "command": True},
     }.get(request.param, {})
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     made = MODULES[request.param][1](
@@ -135,9 +140,77 @@ def test_security_policy_allows_exactly_the_nodes_interfaces(node, repository):
         node.subscribe_to_top_drive()
     if isinstance(node, rocking_controller.RockingController):
         node.make_command_publishers()
-    timed = set() if name == "friction_simulator" else {"/clock"}  # use_sim_time
+    timed = set() if name in ("friction_simulator", "opcua_bridge") else {"/clock"}  # use_sim_time
     assert allowed("topic", "publish") == topics(node.get_publisher_names_and_types_by_node(name, "/"))
     assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
+
+
+COMMANDS = {"draw_works/command", "mud_pump/command", "top_drive/command"}
+
+
+def published(repository: Path, enclave: str) -> set[str | None]:
+    """Topics that an enclave may publish."""
+    root = ElementTree.parse(repository / "config" / "security" / "policy.xml").getroot()
+    found = root.findall(f"enclaves/enclave[@path='/slider_drilling/{enclave}']//topics[@publish='ALLOW']/topic")
+    assert found
+    return {topic.text for topic in found}
+
+
+def test_player_may_command_in_one_enclave_only(repository: Path):
+    assert not published(repository, "log_player") & COMMANDS
+    ros = {"diagnostics", "parameter_events", "rosout", "~/transition_event"}
+    assert published(repository, "log_player_commands") == COMMANDS | ros
+
+
+def test_dashboard_may_use_exactly_its_interfaces(alone, repository, monkeypatch):
+    pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+    from slider_drilling.live.page_requests import SetRecording, SetRocking, SetTarget
+    from slider_drilling.nodes import dashboard
+
+    class NoServer:
+        url = ""
+
+        def __init__(self, *arguments: object) -> None:
+            pass
+
+        def stop(self) -> None:
+            pass
+
+    monkeypatch.setattr(dashboard, "PageServer", NoServer)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = dashboard.Dashboard(ShutdownRequest())
+    for request in (SetTarget(0.0), *(kind(on) for kind in (SetRocking, SetRecording) for on in (True, False))):
+        node.requests.put(request)
+    node._serve_requests()
+    node._read_parameters()
+    for name in dashboard.ADJUSTABLE_NODES:
+        node._on_names(name, _Done(ListParameters.Response()))
+        node._on_descriptors(name, _Done(DescribeParameters.Response()))
+        node._set_parameter(name, "gain", 1.0, "")
+    root = ElementTree.parse(repository / "config" / "security" / "policy.xml").getroot()
+    (profile,) = root.findall("enclaves/enclave[@path='/slider_drilling/dashboard']/profiles/profile")
+
+    def allowed(kind: str, way: str) -> set[str]:
+        found = profile.findall(f"{kind}s[@{way}='ALLOW']/{kind}")
+        return {f"/dashboard{one.text[1:]}" if one.text.startswith("~") else f"/{one.text}" for one in found}
+
+    def names(found: list[tuple[str, list[str]]]) -> set[str]:
+        return {name for name, _ in found}
+
+    own = ("dashboard", "/")
+    assert allowed("topic", "publish") == names(node.get_publisher_names_and_types_by_node(*own))
+    assert allowed("topic", "subscribe") == names(node.get_subscriber_names_and_types_by_node(*own)) | {"/clock"}
+    assert allowed("service", "reply") == names(node.get_service_names_and_types_by_node(*own))
+    assert allowed("service", "request") == names(node.get_client_names_and_types_by_node(*own))
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+class _Done:
+    """A future with its result."""
+
+    def __init__(self, result: object) -> None:
+        self.result = lambda: result
 
 
 def test_every_node_has_a_linked_page(repository: Path):
