@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 import socket
 import threading
 from pathlib import Path
@@ -16,6 +17,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.table_import import import_table, read_table
 from slider_drilling.table_import.integrate import integrate
+from slider_drilling.table_import.live_wits import record_wits
 from slider_drilling.table_import.numbers import without_undeclared_nulls
 from slider_drilling.table_import.rocking_signs import looks_unsigned, signed_by
 
@@ -321,6 +323,43 @@ def test_wits_from_a_tcp_stream(tmp_path: Path) -> None:
     assert answer.exit_code == 0
     np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
     assert (tmp_path / "live.wits").read_bytes() == WITS.encode()
+
+
+def test_wits_from_a_serial_line(tmp_path: Path) -> None:
+    pytest.importorskip("serial")
+    own, device = os.openpty()
+    name, output = os.ttyname(device), tmp_path / "live.mcap"
+    threading.Timer(0.3, os.write, (own, WITS.encode())).start()
+    arguments = [f"serial://{name}?baud=9600", "-o", str(output), "--wits-units", "field", "--duration", "1.5"]
+    answer = CliRunner().invoke(command, arguments, catch_exceptions=False)
+    assert answer.exit_code == 0
+    np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [("wits://127.0.0.1", "give host and port"), ("wits://127.0.0.1:1", "cannot connect"),
+     ("serial:///dev/no-such-line", "cannot open this serial line")],
+)  # fmt: skip
+def test_stream_that_cannot_be_reached_gets_one_line(tmp_path: Path, address: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        record_wits(address, tmp_path / "a.wits", 1.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_found_nulls_and_gaps(shared_data: Path) -> None:
+    folder = shared_data / "found" / "null_not_declared"
+    log = read_table(folder / "t.csv", folder / "m.yaml")
+    np.testing.assert_allclose(hook(log)[np.isfinite(hook(log))], 205.0)
+    assert log.top_drive is not None and np.nanmax(np.abs(log.top_drive.position)) == 0.0
+    assert "'hook': -9999, once, is no value of a rig: taken as null; declare it in null_values" in log.notes
+    folder = shared_data / "found" / "angle_integrated_over_gap"
+    log = read_table(folder / "t.csv", folder / "m.yaml")
+    assert log.top_drive is not None and np.nanmax(np.abs(log.top_drive.position)) < 8.0
+    assert any("stands still over a gap of 3601 s" in note for note in log.notes)
+    assert any("the clock goes ahead by an hour at 2024-03-31 01:59:59" in note for note in log.notes)
+    zoned = import_table(folder / "t.csv", folder / "m.yaml", time_zone="Europe/Berlin").log
+    assert zoned.imported is not None and zoned.imported.integrated["top_drive_angle"].gaps == 0
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,12 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stderr, stdout
-    from slider_drilling.diagnosis.sentences import prediction_horizon, summary, technical_summary
+    from slider_drilling.diagnosis.sentences import (
+        prediction_horizon,
+        remarks_beside_checks,
+        summary,
+        technical_summary,
+    )
 
     source = diagnosis.rig_source
     stdout().print(Text(units.convert_text(summary(diagnosis)), "bold"))
@@ -128,7 +133,7 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     _print_whole_runs(diagnosis, units)
     for text in prediction_horizon(diagnosis):
         stdout().print(text)
-    for remark in diagnosis.remarks:
+    for remark in remarks_beside_checks(diagnosis):
         stderr().print(f"note: {units.convert_text(remark)}")
 
 

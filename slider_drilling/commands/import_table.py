@@ -103,9 +103,9 @@ def command(
 
     if mapping is not None and column_units:
         raise InputError("--unit: the mapping file names the units; correct it there")
-    output = output or Path(f"{Path(data.partition('://')[2].replace(':', '_') if is_live(data) else data).stem}.mcap")
+    output = output or Path("wits.mcap" if is_live(data) else f"{Path(data).stem}.mcap")
     outputs = (output,) if save_mapping is None else (output, save_mapping)
-    check_outputs(outputs, (None if is_live(data) else Path(data), mapping, rig))
+    check_outputs(outputs, (output.with_suffix(".wits") if is_live(data) else Path(data), mapping, rig))
     if not is_valid_utf8(notes):
         raise InputError("--notes: not UTF-8 text; write it in UTF-8")
     if rig is not None:

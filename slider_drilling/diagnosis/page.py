@@ -7,7 +7,13 @@ from pathlib import Path
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGE_NAMES, Diagnosis, FittedParameter, Gap, RankedEffect
-from slider_drilling.diagnosis.sentences import plain_name, prediction_horizon, summary, technical_summary
+from slider_drilling.diagnosis.sentences import (
+    plain_name,
+    prediction_horizon,
+    remarks_beside_checks,
+    summary,
+    technical_summary,
+)
 from slider_drilling.gap import criteria_table
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.log.run_page import log_title
@@ -29,7 +35,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
     headline = Headline(summary(diagnosis), _TONES.get(diagnosis.verdict, "bad"), verdict)
     return Page(
         "Sim-to-real gap", _title(diagnosis), (Section("", (technical_summary(diagnosis),)), *sections),
-        _facts(diagnosis), headline, diagnosis.remarks,
+        _facts(diagnosis), headline, remarks_beside_checks(diagnosis),
     )  # fmt: skip
 
 

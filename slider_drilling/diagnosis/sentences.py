@@ -61,6 +61,14 @@ def technical_summary(diagnosis: Diagnosis) -> str:
     )  # fmt: skip
 
 
+def remarks_beside_checks(diagnosis: Diagnosis) -> tuple[Text, ...]:
+    """The remarks that the table of log checks does not hold."""
+    texts = {str(issue.text) for checked in diagnosis.log_checks for issue in checked.issues}
+    sources = [f"{checked.log.source}: " for checked in diagnosis.log_checks]
+    held = texts | {source + text for source in sources for text in texts}
+    return tuple(remark for remark in diagnosis.remarks if str(remark) not in held)
+
+
 def _why_inconclusive(diagnosis: Diagnosis) -> list[Text]:
     parts: list[Text] = []
     for checked in diagnosis.log_checks:
