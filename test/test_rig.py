@@ -32,6 +32,7 @@ def test_effect_survives_the_round_trip():
         ("youngs_modulus: 2.06e+11", "youngs_modulus: 2.06e11", "string.youngs_modulus = '2.06e11'"),
         ("inner_diameter: 0.1086", "inner_diameter: 0.2", "string.sections[0].inner_diameter = 0.2"),
         ("[4000.0, 90.0, 0.0]", "[3000.0, 90.0, 0.0]", "the string reaches 4000 m"),
+        ("[4000.0, 90.0, 0.0]", "[3999.9998, 90.0, 0.0]", "ends at 3999.9998 m, the string reaches 4000 m"),
         ("rate: 10.0", "rate: .nan", "sensors.rate = nan: not a finite number"),
         ("rate: 10.0", "rate: fast", "sensors.rate = 'fast': expected a number in Hz"),
         ("{to: 4000.0, factor: 1.0}", "{to: 2000.0, factor: 1.0}", "well.friction_intervals[1].to"),
