@@ -209,6 +209,14 @@ def test_no_integral_over_a_gap() -> None:
     assert integral.values[60] == integral.values[59] and integral.values[-1] == pytest.approx(8.0 * 118.0)
 
 
+def test_speed_that_no_rig_has_does_not_turn_the_angle(tmp_path: Path) -> None:
+    text = "Time (s),RPM\n" + "".join(f"{k},{40 if k not in (20, 70) else -12345 - k}\n" for k in range(100))
+    log = read_table(written(tmp_path, text))
+    assert log.top_drive is not None
+    np.testing.assert_allclose(np.nanmax(log.top_drive.position), 40.0 * np.pi / 30.0 * 99.0, rtol=1e-6)
+    assert np.nanmin(log.top_drive.velocity) > 0.0
+
+
 def test_gap_and_integral_are_kept_in_the_log(tmp_path: Path) -> None:
     text = "Time (s),RPM\n" + "".join(f"{k if k < 50 else k + 900},40\n" for k in range(100))
     output = tmp_path / "o.mcap"

@@ -30,7 +30,7 @@ def mask_impossible_values(log: RigLog) -> RigLog:
         masked = series
         for quantity in TOPICS[key].quantities:
             values = getattr(series, quantity.array)
-            wrong, is_other_unit = _beyond(values, quantity)
+            wrong, is_other_unit = outside_range(values, quantity)
             if not wrong.any():
                 continue
             notes.append(_note(quantity, values, wrong, series.time, is_other_unit))
@@ -42,7 +42,7 @@ def mask_impossible_values(log: RigLog) -> RigLog:
     return dataclasses.replace(log, notes=(*log.notes, *notes), **changes) if changes else log  # type: ignore[arg-type]
 
 
-def _beyond(values: Array, quantity: TopicQuantity) -> tuple[Mask, bool]:
+def outside_range(values: Array, quantity: TopicQuantity) -> tuple[Mask, bool]:
     """Which values no rig has, (n,), and whether the channel seems to be in another unit."""
     low, high = quantity.physical_range
     outside = (values < low) | (values > high) | (np.abs(values) > quantity.max_magnitude)  # false for NaN

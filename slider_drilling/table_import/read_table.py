@@ -19,7 +19,7 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.log.import_record import ImportRecord, IntegratedQuantity
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import Array, Series, build_series
-from slider_drilling.log.value_limits import mask_impossible_values
+from slider_drilling.log.value_limits import mask_impossible_values, outside_range
 from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 from slider_drilling.rig import parse_rig
 from slider_drilling.schema.yaml_tree import shorten
@@ -342,7 +342,10 @@ class _Import:
 
     def _integrated(self, name: str, rate: Array) -> Array:
         """A speed integrated, with the error and the gaps on record."""
-        integral = integrate(np.where(self.kept, rate, np.nan), self.seconds)
+        # A value that no rig has is masked in the speed later; it must not turn the angle for good.
+        wrong, is_other_unit = outside_range(rate, TOPICS[IMPORT_CHANNELS[name].series].quantity("velocity"))
+        known = self.kept & (is_other_unit | ~wrong)
+        integral = integrate(np.where(known, rate, np.nan), self.seconds)
         key = next(part.column for part in TOPICS[IMPORT_CHANNELS[name].series].quantities
                    if part.array == IMPORT_CHANNELS[name].array)  # fmt: skip
         self.found.integrated[key] = IntegratedQuantity(integral.error, integral.gaps, integral.in_gaps)
