@@ -24,7 +24,11 @@ def cli_page() -> str:
     for name in COMMANDS:
         command = group.get_command(parent, name)
         assert command is not None
-        parts.append(_section(name, command, click.Context(command, info_name=name, parent=parent)))
+        context = click.Context(command, info_name=name, parent=parent)
+        parts.append(_section(name, command, context))
+        if isinstance(command, click.Group):
+            parts += [_section(f"{name} {below}", one, click.Context(one, info_name=below, parent=context))
+                      for below, one in command.commands.items()]  # fmt: skip
     return "".join(parts)
 
 

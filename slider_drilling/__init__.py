@@ -38,6 +38,7 @@ _MODULES = {
     "diagnose": "api.diagnose",
     "import_log": "api.import_log",
     "load_rig": "api.rigs",
+    "new_rig": "api.new_rig",
     "read_log": "log",
     "replay": "api.replay",
     "rocking": "api.rocking",

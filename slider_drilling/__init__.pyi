@@ -10,6 +10,7 @@ from slider_drilling.api.closed_loop import closed_loop as closed_loop
 from slider_drilling.api.diagnose import DiagnosisResult as DiagnosisResult
 from slider_drilling.api.diagnose import diagnose as diagnose
 from slider_drilling.api.import_log import import_log as import_log
+from slider_drilling.api.new_rig import new_rig as new_rig
 from slider_drilling.api.replay import ReplayResult as ReplayResult
 from slider_drilling.api.replay import replay as replay
 from slider_drilling.api.rigs import load_rig as load_rig

@@ -68,6 +68,7 @@ COMMANDS: dict[str, CommandEntry] = {
     "blind-check": CommandEntry(
         "slider_drilling.commands.blind_check", "Measure how often the diagnosis is right."
     ),
+    "rig": CommandEntry("slider_drilling.commands.rig", "Make a rig file from a rig's papers; list its tables."),
     "torque-drag": CommandEntry(
         "slider_drilling.commands.torque_drag", "Draw hook load and torque against depth."
     ),

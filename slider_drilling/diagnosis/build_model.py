@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
 from slider_drilling.diagnosis.catalogue import SEA_WAVE_PERIODS_S, catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
@@ -63,7 +64,7 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     channels = sorted({channel.name for run in runs for channel in run.channels})
     if not channels:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(map(str, remarks))}")
-    nuisance = (*nuisance_parameters(rig, channels), *run_parameters(channels, inputs))
+    nuisance = (*nuisance_parameters(rig, channels), *with_assumed_spreads(run_parameters(channels, inputs), rig))
     effects = _catalogue(rig, runs)
     users = _checked_users(user_effects, effects, nuisance, rig, inputs[0])
     torque_only = channels == ["surface_torque"]

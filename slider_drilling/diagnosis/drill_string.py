@@ -274,10 +274,19 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             shear_modulus=string.shear_modulus * values.get("torsional_stiffness", 1.0),
             axial_damping=string.axial_damping * values.get("axial_damping", 1.0),
             torsional_damping=string.torsional_damping * values.get("torsional_damping", 1.0),
+            weight_factor=string.weight_factor * values.get("string_weight", 1.0),
         ),
         contact=contact_with(rig.contact, values),
-        bit=replace(rig.bit, depth_of_cut_stiffness=rig.bit.depth_of_cut_stiffness * values.get("bit_stiffness", 1.0)),
-        motor=replace(motor, torque_per_pressure=motor.torque_per_pressure * values.get("motor_gain", 1.0)),
+        bit=replace(
+            rig.bit,
+            aggressiveness=rig.bit.aggressiveness * values.get("bit_aggressiveness", 1.0),
+            depth_of_cut_stiffness=rig.bit.depth_of_cut_stiffness * values.get("bit_stiffness", 1.0),
+        ),
+        motor=replace(
+            motor,
+            torque_per_pressure=motor.torque_per_pressure * values.get("motor_gain", 1.0),
+            leak=motor.leak * values.get("motor_leak", 1.0),
+        ),
         hydraulics=replace(
             hydraulics,
             reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slider_drilling.diagnosis.assumed_priors import assumed_parameters, with_assumed_spreads
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_rate_parameters
 from slider_drilling.diagnosis.unlogged_flow import flow_step_parameters
@@ -39,7 +40,8 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
         parameters.append(Parameter("pressure_gain", 1.0, 0.8, 1.2, 0.005, spread=0.05))
     if "tool_face" in channels:
         parameters.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
-    return tuple(parameters)
+    # What the rig file assumes, it may be wrong in by its own spread.
+    return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
 
 
 def reading_parameters() -> tuple[Parameter, ...]:

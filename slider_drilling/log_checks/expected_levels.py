@@ -97,7 +97,7 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
     expected, measured = float(np.median(loss)), float(np.median(pressure.value[running]))
     if expected <= 0.0:
         return None
-    high = PRESSURE[1] * expected + rig.motor.max_pressure
+    high = PRESSURE[1] * expected + rig.motor.pressure_at_stall
     return ExpectedLevel("is", measured, expected, PRESSURE[0] * expected, high)
 
 

@@ -60,7 +60,7 @@ def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
     """
     drive, hydraulics = rig.top_drive, rig.hydraulics
     hanging = static_loads(rig, elements=50).hook_load
-    pressure = hydraulics.reference_pressure + rig.motor.max_pressure
+    pressure = hydraulics.reference_pressure + rig.motor.pressure_at_stall
     pump = hydraulics.reference_flow / rig.mud_pump.displacement
     issues: list[LogIssue] = []
 

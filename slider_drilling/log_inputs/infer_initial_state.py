@@ -74,7 +74,7 @@ def _weight_on_bit(log: RigLog, rig: Rig, commands: Commands) -> float | None:
 
 def _stall_weight(rig: Rig) -> float:
     """Weight on bit at which the motor stalls, N."""
-    return rig.motor.torque_per_pressure * rig.motor.max_pressure / rig.bit.lever
+    return rig.motor.torque_per_pressure * rig.motor.pressure_at_stall / rig.bit.lever
 
 
 def _axial_friction_share(rig: Rig, weight: float, missing: float, hanging: float) -> float:

@@ -70,7 +70,7 @@ def _weight_on_bit(time: Array, pump: Array, pressure_time: Array, pressure: Arr
     # The lowest pressures, with the bit off bottom, calibrate the rig file's circulating pressure.
     factor = float(np.quantile(measured[running] / needed[running], _OFF_BOTTOM))
     factor = float(np.clip(factor, 1.0 - _MAX_PRESSURE_ERROR, 1.0 + _MAX_PRESSURE_ERROR))
-    of_motor = np.clip(measured - factor * _moving_average(time, needed), 0.0, motor.max_pressure)
+    of_motor = np.clip(measured - factor * _moving_average(time, needed), 0.0, motor.pressure_at_stall)
     return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / rig.bit.lever
 
 

@@ -8,7 +8,7 @@ In the file such a number is written as keys and values::
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,7 +67,7 @@ def take_assumptions(tree: Any, numbers: Sequence[NumberField], source: str) -> 
 def put_assumptions(tree: dict[str, Any], assumptions: Sequence[Assumption]) -> dict[str, Any]:
     """A tree of plain numbers with its assumed ones as keys and values; the inverse of `take_assumptions`."""
     for item in assumptions:
-        *above, last = list(_steps(item.key))
+        *above, last = key_steps(item.key)
         node: Any = tree
         for step in above:
             node = node[step]
@@ -105,6 +105,6 @@ def _spread(node: dict[str, Any], where: str, unit: str) -> float:
     return spread
 
 
-def _steps(key: str) -> Iterator[str | int]:
-    for name, index in _STEP.findall(key):
-        yield name or int(index)
+def key_steps(key: str) -> list[str | int]:
+    """Names and indices of a key: ``string.sections[0].length``."""
+    return [name or int(index) for name, index in _STEP.findall(key)]

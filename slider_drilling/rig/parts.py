@@ -229,6 +229,24 @@ class Motor:
     displacement: float = quantity("m3/rev", at_least=1e-4, at_most=1.0, why="m3 per revolution: 6 3/4 in motors 0.02")
     leak: float = quantity("-", at_least=0.0, below=1.0, why="fraction of the flow that bypasses at max_pressure")
     max_pressure: float = quantity("Pa", at_least=1e5, at_most=1e8, why="differential, in Pa: 70 bar is 70.0e+5")
+    stall_pressure: float | None = quantity(
+        "Pa", None, at_least=1e5, at_most=2e8, why="where the motor stalls, if above max_pressure: 1.3 to 1.8 times"
+    )
+
+    @property
+    def pressure_at_stall(self) -> float:
+        """Differential pressure at which the motor stalls, Pa."""
+        return self.max_pressure if self.stall_pressure is None else self.stall_pressure
+
+    @property
+    def leak_at_stall(self) -> float:
+        """Share of the flow that bypasses at `pressure_at_stall`; it grows with the square of the pressure."""
+        return self.leak_over_stall * self.leak
+
+    @property
+    def leak_over_stall(self) -> float:
+        """Leak at stall over leak at `max_pressure`."""
+        return (self.pressure_at_stall / self.max_pressure) ** 2
 
 
 @dataclass(frozen=True)

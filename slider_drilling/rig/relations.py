@@ -172,6 +172,16 @@ def check_bit_and_motor(bit: Bit, motor: Motor, well: Well, source: str) -> None
         raise InputError(
             f"{source}: bit.diameter = {bit.diameter:g}: larger than the hole of {well.hole_diameter:g} m"
         )
+    if motor.pressure_at_stall < motor.max_pressure:
+        raise InputError(
+            f"{source}: motor.stall_pressure = {motor.pressure_at_stall:g}: below max_pressure = "
+            f"{motor.max_pressure:g} Pa; are they swapped?"
+        )
+    if motor.leak_at_stall >= 1.0:
+        raise InputError(
+            f"{source}: motor.leak = {motor.leak:g}: passes all flow below stall_pressure, where it is "
+            f"{motor.leak_at_stall:.3g}; lower one of them"
+        )
     # A motor without losses turns the hydraulic work of a revolution, pressure times displacement, into torque.
     ideal = motor.displacement / (2.0 * math.pi)
     if motor.torque_per_pressure > _MAX_EFFICIENCY * ideal:

@@ -146,7 +146,7 @@ def dump_rig(rig: Rig) -> str:
         del tree["well"]["name"]
     if rig.string.weight_factor == 1.0 and not isinstance(tree["string"]["weight_factor"], dict):
         del tree["string"]["weight_factor"]
-    return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False, width=120)
+    return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False, width=120, default_flow_style=None)
 
 
 def _check_relations(rig: Rig, source: str) -> None:
