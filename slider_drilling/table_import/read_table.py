@@ -142,7 +142,11 @@ def import_table(
 
 def _with_unsigned(recognised: Recognised, mapping: TableMapping, table: Table, found: _Findings) -> TableMapping:
     """The recognised mapping with channels marked that have lost their sign."""
-    wanted: list[str] = [key for key in UNSIGNED if key in mapping.channels]
+    wanted: list[str] = [
+        key
+        for key in UNSIGNED
+        if key in mapping.channels and (key != "top_drive_angle" or mapping.channels[key].integral)
+    ]
     values = {
         key: numbers(table, mapping.channels[key].column, mapping.layout.null_values, AUTO).values for key in wanted
     }
@@ -336,7 +340,8 @@ class _Import:
             raise InputError(
                 f"{where}: rocks without a sign, and there is no {other} to tell it; leave the channel out"
             )
-        result = signed_by(values, self._plain(other, self.mapping.channels[other]), of_speed, where)
+        interval = float(np.median(np.diff(self.seconds[self.kept]))) if np.count_nonzero(self.kept) > 1 else 1.0
+        result = signed_by(values, self._plain(other, self.mapping.channels[other]), of_speed, where, interval)
         self.found.add("signs", f"{entry.column!r} has no sign: restored from {other}, half-turn by half-turn")
         return result
 

@@ -303,14 +303,15 @@ def mark_unsigned(tree: dict[str, Any], values: Mapping[str, np.ndarray], notes:
         values: Numbers of each channel's column.
         notes: Get a sentence each.
     """
-    marked = []
-    for name in ("top_drive_speed", "top_drive_angle", "surface_torque"):
-        entry = tree["channels"].get(name)
-        if entry is None or (name == "top_drive_angle" and not entry.get("integral")):
-            continue
-        if looks_unsigned(values[name]):
-            entry["unsigned"] = True
-            marked.append(name)
+    marked: list[str] = []
+    if "surface_torque" in values and "top_drive_speed" in values:
+        speed, torque = values["top_drive_speed"], values["surface_torque"]
+        if looks_unsigned(speed, torque, of_speed=True):
+            marked += ["top_drive_speed", *(["top_drive_angle"] if "top_drive_angle" in values else [])]
+        if looks_unsigned(torque, speed, of_speed=False):
+            marked.append("surface_torque")
+    for name in marked:
+        tree["channels"][name]["unsigned"] = True
     if marked:
         notes.append(f"{' and '.join(marked)} rock without a sign: restored from the other of speed and torque")
     return marked
