@@ -37,7 +37,8 @@ def command_lines(page: Path) -> list[list[str]]:
     for _, code in FENCE.findall(text):
         joined += code.splitlines()
     joined += [line[4:] for line in FENCE.sub("", text).splitlines() if line.startswith("    ")]
-    lines = [line.split("#")[0].strip().removeprefix("$ ") for line in joined]
+    whole = re.sub(r" *\\\n *", " ", "\n".join(joined)).splitlines()  # a line that goes on in the next
+    lines = [line.split("#")[0].strip().removeprefix("$ ") for line in whole]
     return [shlex.split(line)[1:] for line in lines if re.match(r"slider-drilling [a-z]", line)]
 
 

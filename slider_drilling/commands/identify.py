@@ -13,9 +13,10 @@ from slider_drilling.console.printable import printable
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import FrictionData, Identification
+    from slider_drilling.pages import Table
     from slider_drilling.paper_studies.study import Study
     from slider_drilling.rig import Contact
-    from slider_drilling.units import Units
+    from slider_drilling.units import Text, Units
 
 EPILOG = """\
 DATA.csv is a table with a header line, in one of two forms.
@@ -91,7 +92,7 @@ def command(
         )  # fmt: skip
     findings = _findings(data, identification, seed)
     page = _page(data, measured, identification)
-    write_and_print(findings if as_json else None, lambda: _print(identification),
+    write_and_print(findings if as_json else None, lambda: _print(identification, units),
                     lambda: write_study(page, output, findings, units))  # fmt: skip
 
 
@@ -124,7 +125,6 @@ def _page(path: Path, data: FrictionData, identification: Identification) -> Stu
     import numpy as np
 
     from slider_drilling.contact.measured_friction import FrictionOverTime
-    from slider_drilling.pages import Table
     from slider_drilling.paper_studies.study import Study, curve, curve_chart
 
     if isinstance(data, FrictionOverTime):
@@ -152,26 +152,32 @@ def _page(path: Path, data: FrictionData, identification: Identification) -> Stu
         ),
         claims=(),
         notes=identification.degeneracies,
-        tables=(Table(("parameter", "value", "interval", "unit"), _rows(identification),
-                      "Parameters, with 95 % intervals"),),
+        tables=(_table(identification),),
     )  # fmt: skip
 
 
-def _rows(identification: Identification) -> tuple[tuple[str, ...], ...]:
-    return tuple(
-        (name.replace("_", " "), f"{estimate.value:.5g}",
-         "not determined" if estimate.interval is None else f"{estimate.interval[0]:.5g} to {estimate.interval[1]:.5g}",
-         UNITS.get(name, "-"))
-        for name, estimate in identification.estimates.items()
-    )  # fmt: skip
+def _table(identification: Identification) -> Table:
+    """Each parameter with its 95 % interval."""
+    from slider_drilling.pages import Quantity, Table
+    from slider_drilling.units import sentence
+
+    rows = []
+    for name, estimate in identification.estimates.items():
+        unit = UNITS.get(name, "-").removeprefix("-")
+        interval: Text = "not determined"
+        if estimate.interval is not None:
+            low, high = (Quantity(end, unit, 5) for end in estimate.interval)
+            interval = sentence(low, " to ", high)
+        rows.append((name.replace("_", " "), Quantity(estimate.value, unit, 5), interval))
+    return Table(("parameter", "value", "95 % interval"), tuple(rows), "Parameters")
 
 
-def _print(identification: Identification) -> None:
+def _print(identification: Identification, units: Units) -> None:
+    from slider_drilling.commands.options import print_tables
     from slider_drilling.console.streams import stderr, stdout
 
-    for row in _rows(identification):
-        stdout().print(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")
+    print_tables((_table(identification),), units)
     error = f"largest error {100 * identification.largest_error:.1f} % of the peak"
-    stdout().print(f"residual {identification.residual_rms:.4g} N RMS; {error}")
+    stdout().print(f"residual {units.format(identification.residual_rms, 'N', 4)} RMS; {error}")
     for sentence in identification.degeneracies:
         stderr().print(f"note: {sentence}")
