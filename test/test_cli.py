@@ -188,7 +188,7 @@ def test_completion_script_names_the_program(repository: Path, shell: str) -> No
     ("slider-drilling r", {"run", "replay"}),
     ("slider-drilling run --effect torque_s", {"torque_sensor_gain", "torque_sensor_lag", "torque_sensor_bias"}),
     ("slider-drilling study wear", {"wear_modes"}),
-    ("slider-drilling run --liv", {"--live", "--live-host", "--live-port", "--live-token"}),
+    ("slider-drilling run --liv", {"--live", "--live-host", "--live-port", "--live-token-file"}),
 ])  # fmt: skip
 def test_shell_completes(repository: Path, words: str, expected: set[str]) -> None:
     environment = {**os.environ, "_SLIDER_DRILLING_COMPLETE": "bash_complete", "COMP_WORDS": words,

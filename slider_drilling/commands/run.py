@@ -64,13 +64,14 @@ class Speed(click.ParamType):
 @click.option("--live-host", default="127.0.0.1", show_default=True,
               help="Address of the live page; any other needs a token.")  # fmt: skip
 @click.option("--live-port", default=8765, show_default=True, help="Port of the live page; 0: a free one.")
-@click.option("--live-token", default="", help="Token of the live page, letters and digits. [default: random]")
+@click.option("--live-token-file", default="",
+              help="File of the live page's token, made if it is missing. [default: a temporary one if needed]")
 @json_option
 @units_option
 def command(
     rig: Path | None, duration: float | None, speed: float | None, record: Path | None, target: float | None,
     controller: str | None, seed: int, elements: int, effects: tuple[str, ...], sets: tuple[str, ...], live: bool,
-    live_host: str, live_port: int, live_token: str, as_json: bool, units: Units,
+    live_host: str, live_port: int, live_token_file: str, as_json: bool, units: Units,
 ) -> int:  # fmt: skip
     """Simulate a slide: friction simulator, rocking controller and recorder over ROS 2 topics.
 
@@ -100,7 +101,7 @@ def command(
             record=Path(scratch) if record is None else record,
             target=None if target is None else math.remainder(math.radians(target), 2.0 * math.pi),
             controller=controller, seed=seed, elements=elements, settings=changed.settings, notes=changed.notes,
-            live=Address(live_host, live_port, live_token).checked() if live else None, units=units.name,
+            live=Address(live_host, live_port, live_token_file).checked() if live else None, units=units.name,
         )
         outcome = _run(plan)
         _report(outcome, record is not None, as_json, units)

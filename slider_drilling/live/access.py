@@ -125,11 +125,38 @@ class AccessControl:
         if not source.is_allowed(reading, loopback_only=self._token is None):
             await _reject(scope, send, 403, _OTHER_SITE)
         elif self._token is None or _equal(cookie, self._token):
-            await self._app(scope, receive, _protected(send))
+            await self._serve(scope, receive, send)
         elif _equal(query, self._token):
             await _set_cookie(scope, send, self._token)
         else:
             await _reject(scope, send, 403, _NO_TOKEN)
+
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a request; what the application raises because the browser has left is no error."""
+        has_left = False
+
+        async def watched_receive() -> MutableMapping[str, Any]:
+            nonlocal has_left
+            message = await receive()
+            has_left = has_left or message["type"].endswith(".disconnect")
+            return message
+
+        async def watched_send(message: MutableMapping[str, Any]) -> None:
+            nonlocal has_left
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", ()), *PROTECTION]
+            try:
+                await send(message)
+            except OSError:
+                has_left = True
+                raise
+
+        try:
+            await self._app(scope, watched_receive, watched_send)
+        except Exception:
+            if not has_left:
+                raise
 
 
 def _headers(raw: Iterable[tuple[bytes, bytes]]) -> dict[str, str]:
@@ -171,17 +198,6 @@ def _query_token(scope: Scope) -> str | None:
         return parse_qs(scope["query_string"].decode("latin-1"), max_num_fields=100).get("token", [None])[0]
     except ValueError:
         raise MalformedRequestError from None
-
-
-def _protected(send: Send) -> Send:
-    """Adds the headers of PROTECTION to an answer."""
-
-    async def send_protected(message: MutableMapping[str, Any]) -> None:
-        if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", ()), *PROTECTION]
-        await send(message)
-
-    return send_protected
 
 
 async def _set_cookie(scope: Scope, send: Send, token: str) -> None:

@@ -20,14 +20,28 @@ export default {
     this.dark = new MutationObserver(() => this.requestDraw());
     this.dark.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     this.requestDraw();
+    this.lastWord = performance.now();
+    this.clock = setInterval(() => this.showSilence(), 500);
   },
   beforeUnmount() {
+    clearInterval(this.clock);
     this.watcher.disconnect();
     this.dark.disconnect();
   },
   methods: {
     showWellPath(path) {
       this.wellPath = path;
+    },
+    // The server speaks once a second: a page whose server hangs must not look alive.
+    keepAlive() {
+      this.lastWord = performance.now();
+      this.showSilence();
+    },
+    showSilence() {
+      const silence = (performance.now() - this.lastWord) / 1000;
+      document.body.classList.toggle("sd-server-late", silence > 2);
+      document.body.classList.toggle("sd-server-lost", silence > 5);
+      document.body.dataset.silence = silence > 5 ? `no word from the page's server since ${Math.round(silence)} s` : "";
     },
     drawFrame(data) {
       this.history.add(data.samples);

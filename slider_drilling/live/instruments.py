@@ -23,6 +23,10 @@ class Instruments(Element, component="instruments.js", esm={"slider-drilling-liv
         """Draw the well path of `frame.StringView.well_path_json`."""
         self.run_method("showWellPath", well_path)
 
+    def keep_alive(self) -> None:
+        """Show the browser that the server lives, also while there is nothing to draw."""
+        self.run_method("keepAlive")
+
     def draw(self, data: dict[str, Any]) -> None:
         """Draw one frame: samples, dial, rocking and rotation."""
         self.run_method("drawFrame", data)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
 from slider_drilling.live.frame import StringView, dial_json, labels_json, rocking_json, samples_json
+from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.instruments import Instruments
 from slider_drilling.live.page_requests import (
     PageRequest,
@@ -20,13 +22,16 @@ from slider_drilling.live.page_requests import (
     SetTarget,
 )
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.messages.health import Level, Status
+from slider_drilling.messages.health import Level
 from slider_drilling.units import SI, Units
 
 TITLE = "Slide drilling"
 FRAME_PERIOD = 0.1  # s between frames of the instruments
 UPDATE_PERIOD = 1.0  # s between updates of statuses and parameters
 _MARKS = {Level.OK: ("check_circle", "sd-ok"), Level.WARN: ("warning", "sd-warn"), Level.ERROR: ("error", "sd-error")}
+# Units that a rig uses for SI units: unit and how many of it make one SI unit.
+_RIG_UNITS = {"Pa": ("bar", 1e-5), "N m": ("kN m", 1e-3), "N": ("kN", 1e-3)}
+_LATE_MARK = ("schedule", "sd-late")
 STYLE = Path(__file__).with_name("page.css")
 
 
@@ -121,6 +126,7 @@ class PageView:
         self._show_facts()
         self._show_statuses()
         self._show_parameters()
+        self._instruments.keep_alive()
         for notice in self._state.notices_after(self._last_notice):
             self._last_notice = notice.number
             ui.notify(notice.text, type="positive" if notice.success else "negative", timeout=6000)
@@ -129,7 +135,11 @@ class PageView:
         state, latest = self._state, self._state.latest_sample()
         if latest is None:
             return
-        facts = [f"{latest.time:.0f} s"]
+        age, freshness = state.samples_age()
+        self._facts.classes(replace=f"sd-fact sd-{freshness.value}")
+        self._instruments.classes(replace=f"sd-{freshness.value}")
+        silence = "" if freshness is Freshness.FRESH else f" (no sample since {age:.0f} s)"
+        facts = [f"{latest.time:.0f} s{silence}"]
         rocking, turn = rocking_json(state, self._units), self._units.display_unit("rad")
         if rocking["centre"] is not None and rocking["amplitude"] is not None:
             facts.append(
@@ -138,14 +148,24 @@ class PageView:
             )
         if math.isfinite(state.target):
             facts.append(f"target {math.degrees(state.target):.0f} deg")
-        facts.append({None: "no recorder", True: "recording", False: "recorder paused"}[state.recording])
+        facts.append(self._recorder_fact())
         self._facts.set_text("  ·  ".join(facts))
         self._record.set_text("Pause recording" if state.recording else "Record")
         self._record.set_enabled(state.recording is not None)
 
+    def _recorder_fact(self) -> str:
+        lost = any(
+            shown.status.name.endswith("recorder: log") and shown.freshness is Freshness.LOST
+            for shown in self._state.statuses()
+        )
+        if lost:
+            return "recorder silent"
+        return {None: "no recorder", True: "recording", False: "recorder paused"}[self._state.recording]
+
     def _show_statuses(self) -> None:
         statuses = self._state.statuses()
-        wanted = [(status.level, _title(status.name, statuses), status.message) for status in statuses]
+        names = [shown.status.name for shown in statuses]
+        wanted = [(shown.level, _title(shown.status.name, names), shown.message, shown.freshness) for shown in statuses]
         if wanted == self._shown_statuses:
             return
         self._shown_statuses = wanted
@@ -155,8 +175,8 @@ class PageView:
                 self._lines.append(_StatusLine())
         while len(self._lines) > len(wanted):
             self._lines.pop().delete()
-        for row, (level, name, message) in zip(self._lines, wanted, strict=True):
-            row.show(Level(level), name, message)
+        for row, status in zip(self._lines, wanted, strict=True):
+            row.show(*status)
 
     def _show_parameters(self) -> None:
         for parameter in self._state.parameters():
@@ -165,13 +185,15 @@ class PageView:
                 self._inputs[key] = self._make_input(parameter)
             elif self._values[key] != parameter.value:
                 self._inputs[key].set_value(parameter.value * self._display(parameter)[1])
+                self._inputs[key].props["suffix"] = _zero_meaning(parameter)
             self._values[key] = parameter.value
 
     def _display(self, parameter: LiveParameter) -> tuple[str, float]:
         """The unit that a parameter is shown in, and what an SI value is multiplied with; degrees for a toolface."""
         if parameter.unit == "rad" and "tool_face" in parameter.name:
             return "deg", 180.0 / math.pi
-        return self._units.display_unit(parameter.unit), self._units.convert(1.0, parameter.unit)
+        unit, size = _RIG_UNITS.get(parameter.unit, (parameter.unit, 1.0))
+        return self._units.display_unit(unit), self._units.convert(size, unit)
 
     def _make_input(self, parameter: LiveParameter) -> Any:
         key = (parameter.node, parameter.name)
@@ -185,13 +207,26 @@ class PageView:
             self._values[key] = math.nan
 
         label = parameter.name.replace("_", " ") + ("" if unit == "-" else f", {unit}")
-        with self._parameter_inputs:
+        with self._parameter_inputs, ui.element("div"):
             field = ui.number(label, value=parameter.value * size, format="%.6g").props("dense")
-            limits = f"{parameter.low * size:.6g} to {parameter.high * size:.6g}"
-            field.tooltip(f"{parameter.description}; {limits} ({parameter.node})")
-            field.props(f"data-name=parameter-{parameter.name}")
+            # Set as values: the text of `props` is parsed, and a name such as "a :hint=..." would be run as a script.
+            field.props["data-name"] = f"parameter-{parameter.name}"
+            field.props["suffix"] = _zero_meaning(parameter)
+            limits = f"{_plain(parameter.low * size)} to {_plain(parameter.high * size)}"
+            ui.label(f"{parameter.description}. {limits} ({parameter.node})").classes("sd-help")
             field.on("blur", change).on("keydown.enter", change)
         return field
+
+
+def _plain(number: float) -> str:
+    """A number of at most six digits, without an exponent."""
+    return format(Decimal(f"{number:.6g}"), "f")
+
+
+def _zero_meaning(parameter: LiveParameter) -> str:
+    """What a value of 0 stands for, such as "automatic"; "" for another value, or where 0 is a number."""
+    _, marker, meaning = parameter.description.partition("; 0: ")
+    return meaning if marker and parameter.value == 0.0 else ""
 
 
 class _StatusLine:
@@ -202,8 +237,9 @@ class _StatusLine:
             self._icon = ui.icon("").style("font-size: 1.15rem")
             self._name, self._message = ui.label(), ui.label()
 
-    def show(self, level: Level, name: str, message: str) -> None:
-        icon, colour = _MARKS[level]
+    def show(self, level: Level, name: str, message: str, freshness: Freshness) -> None:
+        icon, colour = _MARKS[level] if freshness is not Freshness.LATE else _LATE_MARK
+        self._row.classes(replace=f"sd-status sd-{freshness.value}")
         self._icon.name = icon
         self._icon.classes(replace=colour)
         self._name.set_text(name)
@@ -214,8 +250,8 @@ class _StatusLine:
         self._row.delete()
 
 
-def _title(name: str, statuses: Sequence[Status]) -> str:
+def _title(name: str, names: Sequence[str]) -> str:
     """The subject of a status, with its node if another node has a status of the same subject."""
     node, _, subject = name.partition(": ")
-    is_unique = sum(status.name.endswith(f": {subject}") for status in statuses) == 1
+    is_unique = sum(other.endswith(f": {subject}") for other in names) == 1
     return (subject if subject and is_unique else f"{subject} ({node})" if subject else name).replace("_", " ")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import socket
 import threading
 import time
@@ -13,6 +12,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.live.access import AccessControl, is_loopback
 from slider_drilling.live.page_requests import RequestQueue
 from slider_drilling.live.state import LiveState
+from slider_drilling.live.token_file import TokenFile, open_token_file
 from slider_drilling.units import SI, Units
 
 LOCAL, PORT = "127.0.0.1", 8765
@@ -26,26 +26,32 @@ class Address:
     Attributes:
         host: Address of this machine to listen on.
         port: 0 for a free one.
-        token: Needed on addresses that other machines reach; "" to generate one.
+        token_file: Of the token that is needed on addresses that other machines reach; "" for a temporary one.
     """
 
     host: str = LOCAL
     port: int = PORT
-    token: str = ""
+    token_file: str = ""
 
     def checked(self) -> Address:
-        """The address with a token if it needs one. Raises InputError for an invalid port or token."""
+        """The address. Raises InputError for an invalid port."""
         if not 0 <= self.port <= 65535:
             raise InputError(f"live page: port = {self.port}: must be from 0 to 65535; 0 takes a free one")
-        if self.token and not (8 <= len(self.token) <= 200 and self.token.isascii() and self.token.isalnum()):
-            raise InputError("live page: token: must be 8 to 200 letters and digits")
-        if is_loopback(self.host):
-            return self
-        return Address(self.host, self.port, self.token or secrets.token_hex(16))
+        return self
+
+    def open_token(self) -> TokenFile | None:
+        """The token that the address needs; None for a loopback address without a token file. Raises InputError."""
+        needs_one = self.token_file or not is_loopback(self.host)
+        return open_token_file(self.token_file) if needs_one else None
 
 
 class PageServer:
-    """Serves the page until `stop`. Raises InputError if NiceGUI is not installed or the address is taken."""
+    """Serves the page until `stop`. Raises InputError if NiceGUI is not installed or the address is taken.
+
+    Attributes:
+        url: The page's address, without the token.
+        token: The token and its file; None if none is needed.
+    """
 
     def __init__(self, state: LiveState, requests: RequestQueue, address: Address, units: Units = SI) -> None:
         address = address.checked()
@@ -63,8 +69,7 @@ class PageServer:
         listening = _listen(address)
         host = address.host if address.host not in ("0.0.0.0", "::") else socket.gethostname()
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{listening.getsockname()[1]}/"
-        if address.token:
-            self.url += f"?token={address.token}"
+        self.token = address.open_token()
         application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         register_page(state, requests, units)
         ui.run_with(
@@ -78,7 +83,7 @@ class PageServer:
             message_history_length=50,
         )
         settings = uvicorn.Config(
-            AccessControl(application, address.token or None),
+            AccessControl(application, None if self.token is None else self.token.token),
             log_level="error",
             access_log=False,
             lifespan="on",
@@ -96,6 +101,8 @@ class PageServer:
         """Stop the server; open pages report the lost connection."""
         self._server.should_exit = True
         self._thread.join(timeout=5.0)
+        if self.token is not None:
+            self.token.remove()
 
     def _wait_until_started(self) -> None:
         deadline = time.monotonic() + _START_TIMEOUT

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
-from slider_drilling.messages.health import Status
+from slider_drilling.live.freshness import Arrivals, Freshness
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.rig import Rig
 
 WINDOW = 300.0  # s that the strip charts show
@@ -80,8 +82,38 @@ class Notice:
     success: bool
 
 
+@dataclass(frozen=True)
+class ShownStatus:
+    """A status with its age.
+
+    Attributes:
+        status: The latest of its name.
+        age: Time since it came, s of the wall's clock.
+        freshness: Whether it still comes.
+    """
+
+    status: Status
+    age: float
+    freshness: Freshness
+
+    @property
+    def level(self) -> Level:
+        """Severity; a status that no longer comes is an error whatever it said last."""
+        return Level.ERROR if self.freshness is Freshness.LOST else Level(self.status.level)
+
+    @property
+    def message(self) -> str:
+        """What the status says, or for how long it has said nothing."""
+        if self.freshness is Freshness.LOST:
+            return f"no word since {self.age:.0f} s; last: {self.status.message}"
+        return self.status.message
+
+
 class LiveState:
     """Written by the dashboard node as messages come, read by the page ten times a second.
+
+    Args:
+        now: Monotonic time, s.
 
     Attributes:
         target: Toolface to hold, rad.
@@ -89,7 +121,10 @@ class LiveState:
         recording: Whether the recorder records; None without a recorder.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._sample_arrivals = Arrivals()
+        self._status_arrivals: dict[str, Arrivals] = {}
         self._lock = threading.Lock()
         self._samples: deque[StripSample] = deque(maxlen=MAX_SAMPLES)
         self._count = 0  # of all samples so far
@@ -133,6 +168,7 @@ class LiveState:
                 self._clear()
             self._samples.append(StripSample(time, torque, self._differential_pressure(time), angle))
             self._count += 1
+            self._sample_arrivals.note(self._now())
             while self._samples[0].time < time - WINDOW:
                 self._samples.popleft()
 
@@ -149,6 +185,7 @@ class LiveState:
         self._samples.clear()
         self._tool_faces.clear()
         self._statuses.clear()
+        self._status_arrivals.clear()
 
     def add_tool_face(self, measured_at: float, tool_face: float) -> None:
         """Add a decoded toolface: time s, angle rad."""
@@ -156,11 +193,17 @@ class LiveState:
             self._tool_faces.append(ToolFacePoint(measured_at, tool_face))
 
     def update_statuses(self, statuses: Iterable[Status]) -> None:
-        """Update statuses, named ``node: subject``; the latest of each name counts."""
+        """Update statuses, named ``node: subject``; the latest of each name counts, the newest names are kept."""
         with self._lock:
+            now = self._now()
             for status in statuses:
-                if status.name in self._statuses or len(self._statuses) < MAX_STATUSES:
-                    self._statuses[status.name] = status
+                # Removed first, so that the dictionary is in the order of the last arrival.
+                self._statuses.pop(status.name, None)
+                self._statuses[status.name] = status
+                self._status_arrivals.setdefault(status.name, Arrivals()).note(now)
+            while len(self._statuses) > MAX_STATUSES:
+                oldest = next(iter(self._statuses))
+                del self._statuses[oldest], self._status_arrivals[oldest]
 
     def update_parameters(self, parameters: Iterable[LiveParameter]) -> None:
         """Update parameters of a node."""
@@ -199,18 +242,30 @@ class LiveState:
         with self._lock:
             return self._samples[-1] if self._samples else None
 
-    def statuses(self) -> list[Status]:
-        """All statuses, the most severe first."""
+    def statuses(self) -> list[ShownStatus]:
+        """All statuses with their age, the most severe first."""
         with self._lock:
-            return sorted(self._statuses.values(), key=lambda status: (-status.level, status.name))
+            now = self._now()
+            shown = [
+                ShownStatus(status, self._status_arrivals[name].age(now), self._status_arrivals[name].freshness(now))
+                for name, status in self._statuses.items()
+            ]
+        return sorted(shown, key=lambda one: (-one.level, one.status.name))
+
+    def samples_age(self) -> tuple[float, Freshness]:
+        """Time since the last sample, s of the wall's clock, and whether samples still come."""
+        with self._lock:
+            now = self._now()
+            return self._sample_arrivals.age(now), self._sample_arrivals.freshness(now)
 
     def status_value(self, subject: str, key: str) -> float | None:
-        """A number of the status ``subject`` of any node; None if it is not known."""
+        """A number of the status ``subject`` of any node; None if it is not known or the status no longer comes."""
         with self._lock:
+            now = self._now()
             values = [
                 value
                 for name, status in self._statuses.items()
-                if name.endswith(f": {subject}")
+                if name.endswith(f": {subject}") and self._status_arrivals[name].freshness(now) is not Freshness.LOST
                 for value in status.values
             ]
         return next((_number(text) for name, text in values if name == key), None)

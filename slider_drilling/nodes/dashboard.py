@@ -44,7 +44,7 @@ class Dashboard(Node):
         NodeParameter("host", LOCAL, "address to serve on; addresses that other machines reach need the token"),
         NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
         NodeParameter("units", "si", f"units of the page: {' or '.join(UNITS)}"),
-        NodeParameter("token", "", "letters and digits that browsers on other machines must send; empty: generated"),
+        NodeParameter("token_file", "", "file of the token, made if it is missing; empty: a temporary one if needed"),
     )
 
     def __init__(self, shutdown_request: ShutdownRequest | None = None, **node_options: Any) -> None:
@@ -59,14 +59,16 @@ class Dashboard(Node):
         self._adjustable: dict[str, list[LiveParameter]] = {}  # by node
         steady_timer(self, REQUEST_PERIOD, self._serve_requests)
         steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
-        address = Address(values["host"], values["port"], values["token"])
+        address = Address(values["host"], values["port"], values["token_file"])
         self._server = PageServer(self.state, self.requests, address, UNITS[values["units"]])
-        self.get_logger().info(f"live page: {self._server.url}")
+        # Without the token: the message is on /rosout and in log files.
+        self.get_logger().info(f"live page: {self.url}")
 
     @property
     def url(self) -> str:
-        """The page's address, with its token."""
-        return self._server.url
+        """The page's address; a shell completes it with the token of a file that only its owner can read."""
+        token = self._server.token
+        return self._server.url + ("" if token is None else token.query)
 
     def destroy_node(self) -> None:
         """Stop the page's server, then destroy the node."""
@@ -100,7 +102,7 @@ class Dashboard(Node):
             level = int.from_bytes(status.level, "little") if isinstance(status.level, bytes) else int(status.level)
             values = tuple((pair.key, pair.value) for pair in status.values)
             statuses.append(Status(Level(min(level, Level.ERROR)), status.name, status.message, values))
-            if status.name == f"{RECORDER}: log":
+            if status.name.rpartition("/")[2] == f"{RECORDER}: log":
                 self.state.recording = status.message != "paused"
         self.state.update_statuses(statuses)
 

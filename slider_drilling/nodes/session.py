@@ -183,7 +183,7 @@ def _make_dashboard(
 ) -> Any:
     from slider_drilling.nodes.dashboard import Dashboard
 
-    dashboard = make(Dashboard, host=address.host, port=address.port, token=address.token, units=units)
+    dashboard = make(Dashboard, host=address.host, port=address.port, token_file=address.token_file, units=units)
     announce(dashboard.url)
     return dashboard
 

@@ -1,7 +1,7 @@
 """The live page over a slide of the virtual rig, without ROS: `python serve_slide.py SPEED [SECONDS_BEFORE]`.
 
-Prints its address, then follows orders on stdin: `received` prints what was asked for on the page, `rss` the process's
-kB and CPU seconds.
+Prints its address, then follows orders on stdin: `requests` prints what was asked for on the page, `rss` the process's
+kB and CPU seconds, `die` ends rig and controller but not the page.
 """
 
 import math
@@ -30,7 +30,12 @@ class Slide:
         state.set_rig(rig)
         state.recording = True
         state.update_parameters(
-            [LiveParameter("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error")]
+            [LiveParameter("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error"),
+             LiveParameter("rocking_controller", "amplitude", 0.0, "rad", 0.0, 200.0, "of rocking; 0: automatic"),
+             LiveParameter("rocking_controller", "make_up_torque_limit", 25000.0, "N m", 0.0, 1e5, "to the right"),
+             # Such names are run as a script where they reach the text of NiceGUI's props.
+             LiveParameter("rocking_controller", "a :hint=window.hacked=1 onclick='window.hacked=1'", 1.0, "-", 0.0,
+                           1.0, "<img src=x onerror=window.hacked=1>; 0: <script>window.hacked=1</script>")]
         )
 
     def step(self) -> None:
@@ -58,7 +63,7 @@ def main(speed: float, before: float) -> None:
 
     def run() -> None:
         due = time.monotonic()
-        while True:
+        while running.is_set():
             slide.step()
             for request in requests.take():
                 received.append(request)
@@ -70,10 +75,15 @@ def main(speed: float, before: float) -> None:
             due += 0.1 / speed
             time.sleep(max(due - time.monotonic(), 0.0))
 
+    running = threading.Event()
+    running.set()
     threading.Thread(target=run, daemon=True).start()
     for line in sys.stdin:
         if line.strip() == "requests":
             print(received, flush=True)
+        elif line.strip() == "die":
+            running.clear()
+            print("dead", flush=True)
         elif line.strip() == "rss":
             with open("/proc/self/status") as file:
                 (kilobytes,) = [row.split()[1] for row in file if row.startswith("VmRSS")]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import stat
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -134,17 +136,65 @@ def test_token_is_replaced_by_a_cookie() -> None:
     assert ask(TOKEN, host=host, cookie="=;;;")["status"] == 403
 
 
-def test_other_addresses_get_a_token() -> None:
-    assert Address().checked().token == ""
-    made = {Address("0.0.0.0").checked().token for _ in range(3)}
-    assert len(made) == 3 and all(len(one) == 32 for one in made)
-    assert Address("192.168.1.4", token=TOKEN).checked().token == TOKEN
+def test_browser_that_leaves_is_no_error() -> None:
+    async def app_that_writes_on(scope: Any, receive: Any, send: Any) -> None:
+        await receive()
+        await send({"type": "websocket.send", "text": "x"})
+        raise RuntimeError("Cannot call 'send' once a close message has been sent")
+
+    async def run(came: str, fails: bool) -> None:
+        async def receive() -> Any:
+            return {"type": came}
+
+        async def send(message: Any) -> None:
+            if fails:
+                raise OSError("client disconnected")
+
+        scope = {"type": "websocket", "path": "/", "scheme": "ws", "query_string": b"", "headers": [
+            (name.encode(), value.encode()) for name, value in OWN.items()]}  # fmt: skip
+        await AccessControl(app_that_writes_on, None)(scope, receive, send)
+
+    asyncio.run(run("websocket.disconnect", fails=False))
+    asyncio.run(run("websocket.receive", fails=True))
+    with pytest.raises(RuntimeError):
+        asyncio.run(run("websocket.receive", fails=False))
 
 
-@pytest.mark.parametrize(
-    "address", [Address(port=70000), Address(port=-1), Address(token="short"), Address(token="with a space in it")]
-)
-def test_bad_addresses_are_refused(address: Address) -> None:
+def test_only_other_addresses_need_a_token(tmp_path: Path) -> None:
+    assert Address().open_token() is None
+    made = [Address("0.0.0.0").open_token() for _ in range(3)]
+    assert len({one.token for one in made}) == 3 and all(len(one.token) == 32 for one in made)
+    for one in made:
+        assert stat.S_IMODE(one.path.stat().st_mode) == 0o600
+        assert one.path.read_text().strip() == one.token and one.token not in one.query
+        one.remove()
+        assert not one.path.exists()
+
+
+def test_token_file_is_made_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "token"
+    first = Address("127.0.0.1", token_file=str(path)).open_token()
+    first.remove()
+    assert Address("0.0.0.0", token_file=str(path)).open_token() == first
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize(("content", "mode", "expected"), [
+    ("short", 0o600, "not a token"), ("with a space in it", 0o600, "not a token"), ("", 0o600, "not a token"),
+    (TOKEN, 0o644, "others can read this token"), (TOKEN, 0o620, "others can read"),
+])  # fmt: skip
+def test_bad_token_file_is_refused(tmp_path: Path, content: str, mode: int, expected: str) -> None:
+    path = tmp_path / "token"
+    path.write_text(content)
+    path.chmod(mode)
+    with pytest.raises(InputError, match=f"token: {expected}"):
+        Address("0.0.0.0", token_file=str(path)).open_token()
+    with pytest.raises(InputError, match="cannot make this token file"):
+        Address(token_file=str(tmp_path / "absent" / "token")).open_token()
+
+
+@pytest.mark.parametrize("address", [Address(port=70000), Address(port=-1)])
+def test_bad_ports_are_refused(address: Address) -> None:
     with pytest.raises(InputError, match="live page"):
         address.checked()
 

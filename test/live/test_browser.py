@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -111,6 +112,41 @@ def test_page_shows_the_slide(
     page.screenshot(path=folder / f"live_{name}.png", full_page=True)
 
 
+def test_parameter_names_run_no_script(open_page: Callable[..., Any]) -> None:
+    page = open_page(1200, 900)
+    page.get_by_text("Parameters", exact=True).click()
+    names = page.locator(".sd-settings .q-field__label").all_inner_texts()
+    assert names[:3] == ["gain", "amplitude, rad", "make up torque limit, kN m"]
+    assert names[3].startswith("a :hint=window.hacked=1")
+    page.get_by_text("of rocking; 0: automatic. 0 to 200 (rocking_controller)").wait_for()
+    assert page.locator(".sd-settings .q-field__suffix").all_inner_texts().count("automatic") == 1
+    page.get_by_label("gain", exact=True).click()
+    assert page.evaluate("window.hacked") is None
+
+
+def test_page_cannot_be_framed(browser: Any, url: str) -> None:
+    page = browser.new_page()
+    page.set_content(f"<iframe src='{url}'></iframe>")
+    page.wait_for_timeout(1500)
+    (frame,) = page.frames[1:]
+    assert frame.locator(".sd-title").count() == 0
+    page.close()
+
+
+def test_print_keeps_the_shape_of_the_canvases(open_page: Callable[..., Any], repository: Path) -> None:
+    page = open_page(1440, 900)
+    shape = "name => { const c = document.querySelector(`canvas.sd-${name}`), b = c.getBoundingClientRect();"\
+        "return (b.width / b.height) / (c.width / c.height) }"  # fmt: skip
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": 720, "height": 1000})
+    for name in ("dial", "strips", "string"):
+        assert 0.95 < page.evaluate(shape, name) < 1.05, name
+    assert page.evaluate("document.documentElement.scrollWidth") <= 720
+    folder = repository / "build" / "screenshots"
+    page.screenshot(path=folder / "live_print.png", full_page=True)
+    page.pdf(path=folder / "live_print.pdf")
+
+
 def test_browser_keeps_only_the_window(open_page: Callable[..., Any]) -> None:
     page = open_page(800, 600)
     rows = int(page.locator(FRAMES).get_attribute("data-samples"))
@@ -142,3 +178,37 @@ def test_controls_reach_the_queue(open_page: Callable[..., Any], slide: subproce
         "[SetTarget(target=-1.0471975511965976), SetRocking(on=False), SetRocking(on=True), SetRecording(on=False), "
         "SetParameter(node='rocking_controller', name='gain', value=99.0)]"
     )
+
+
+def test_page_without_a_server_says_so(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:
+    """The server hangs, and then goes on."""
+    page = open_page(800, 600)
+    slide.send_signal(signal.SIGSTOP)
+    try:
+        page.wait_for_function("document.body.classList.contains('sd-server-lost')", timeout=15_000)
+        banner = page.evaluate("document.body.dataset.silence")
+        assert re.fullmatch(r"no word from the page's server since \d+ s", banner)
+    finally:
+        slide.send_signal(signal.SIGCONT)
+    page.wait_for_function("!document.body.classList.contains('sd-server-lost')", timeout=15_000)
+
+
+def test_dead_rig_looks_dead(
+    open_page: Callable[..., Any], slide: subprocess.Popen[str], repository: Path
+) -> None:
+    """The last test of this module: the slide does not come back."""
+    page = open_page(1440, 900)
+    assert page.locator(".sd-status .sd-ok").count() > 0
+    assert slide.stdin is not None and slide.stdout is not None
+    slide.stdin.write("die\n")
+    slide.stdin.flush()
+    assert slide.stdout.readline().strip() == "dead"
+    page.locator(".sd-status.sd-late").first.wait_for()
+    page.locator(".sd-status.sd-lost").first.wait_for()
+    page.wait_for_timeout(3000)
+    assert page.locator(".sd-ok").count() == 0
+    texts = page.locator("[data-name=statuses] .sd-status").all_inner_texts()
+    assert texts and all(re.search(r"no word since \d+ s", text) for text in texts)
+    assert re.search(r"\d+ s \(no sample since \d+ s\)", page.locator("[data-name=facts]").inner_text())
+    assert "sd-lost" in page.locator("[data-name=facts]").get_attribute("class")
+    page.screenshot(path=repository / "build" / "screenshots" / "live_dead.png", full_page=True)

@@ -20,6 +20,7 @@ from slider_drilling.live.frame import (
     rocking_json,
     samples_json,
 )
+from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.page_requests import MAX_REQUESTS, RequestQueue, SetRocking, SetTarget
 from slider_drilling.live.state import (
     MAX_NOTICES,
@@ -76,6 +77,62 @@ def test_fast_rig_does_not_exceed_the_buffer(state: LiveState) -> None:
     assert len(state.samples_after(0)[0]) == MAX_SAMPLES
     assert (len(state.tool_faces()), len(state.notices_after(0))) == (MAX_TOOL_FACES, MAX_NOTICES)
     assert len(state.statuses()) == MAX_STATUSES
+
+
+def test_newest_statuses_are_kept(state: LiveState) -> None:
+    for k in range(MAX_STATUSES + 10):
+        state.update_statuses([Status(Level.OK, "node: always", ""), Status(Level.OK, f"node: {k}", "")])
+    names = {shown.status.name for shown in state.statuses()}
+    assert len(names) == MAX_STATUSES
+    assert {"node: always", f"node: {MAX_STATUSES + 9}"} <= names and "node: 0" not in names
+
+
+class Clock:
+    """A clock that is set by hand."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.mark.parametrize("period", [1.0, 10.0])
+def test_status_ages_by_its_own_period(period: float) -> None:
+    clock = Clock()
+    state = LiveState(clock)
+    for _ in range(6):
+        clock.now += period
+        state.update_statuses([Status(Level.OK, "rig: clock", "keeps real time", (("speed", "1.0"),))])
+    heard = clock.now
+
+    def shown_after(periods: float) -> tuple[Level, Freshness, str]:
+        clock.now = heard + periods * period
+        (shown,) = state.statuses()
+        return shown.level, shown.freshness, shown.message
+
+    assert shown_after(1.9) == (Level.OK, Freshness.FRESH, "keeps real time")
+    assert shown_after(2.1) == (Level.OK, Freshness.LATE, "keeps real time")
+    assert state.status_value("clock", "speed") == 1.0
+    level, freshness, message = shown_after(12.0)
+    assert (level, freshness) == (Level.ERROR, Freshness.LOST)
+    assert message == f"no word since {12.0 * period:.0f} s; last: keeps real time"
+    assert state.status_value("clock", "speed") is None
+    state.update_statuses([Status(Level.OK, "rig: clock", "keeps real time")])
+    assert state.statuses()[0].freshness is Freshness.FRESH
+    assert shown_after(12.0 + 2.1)[1] is Freshness.LATE, "one long silence is not the period"
+
+
+def test_page_clock_ages_with_the_samples() -> None:
+    clock = Clock()
+    state = LiveState(clock)
+    for k in range(10):
+        clock.now += 0.1
+        state.add_sample(k * 0.1, 0.0, 0.0)
+    assert state.samples_age() == (0.0, Freshness.FRESH)
+    clock.now += 12.0
+    age, freshness = state.samples_age()
+    assert (age, freshness) == (pytest.approx(12.0), Freshness.LOST)
 
 
 def test_samples_are_returned_once(state: LiveState) -> None:

@@ -19,6 +19,7 @@ import pytest
 pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
 
 import rclpy
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -34,13 +35,14 @@ from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import make_executor
+from slider_drilling.units import Units
 
 
 class NoServer:
     """Replaces the web server."""
 
-    def __init__(self, state: LiveState, requests: RequestQueue, address: serve.Address) -> None:
-        self.url = "http://127.0.0.1:0/"
+    def __init__(self, state: LiveState, requests: RequestQueue, address: serve.Address, units: Units) -> None:
+        self.url, self.token = "http://127.0.0.1:0/", None
 
     def stop(self) -> None:
         pass
@@ -169,6 +171,27 @@ def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) 
     assert "wrote" in out
     (log,) = (tmp_path / "out").glob("*.mcap")
     assert read_log(log).tool_face_target.position[0] == pytest.approx(math.radians(30.0))
+
+
+def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listener) -> None:
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    said: list[str] = []
+    listener.node.create_subscription(Log, "/rosout", lambda message: said.append(message.msg), 100)
+    program = start("dashboard", host="0.0.0.0", port=0)
+    program.wait_for("live page: ")
+    (path,) = re.findall(r"\?token=\$\(cat (\S+)\)", program.output)
+    token = Path(path).read_text().strip()
+    assert len(token) == 32
+    listener.until(lambda: any("live page: " in text for text in said), "/rosout")
+    command_line = Path(f"/proc/{program.process.pid}/cmdline").read_text()
+    logs = "".join(file.read_text() for file in (tmp_path / "logs").rglob("*") if file.is_file())
+    assert "live page: " in logs
+    for text in (program.output, logs, command_line, *said):
+        assert token not in text
+    program.process.send_signal(signal.SIGINT)
+    assert program.process.wait(30.0) == 0
+    assert not Path(path).exists()
 
 
 def test_taken_port_is_refused(namespace: str) -> None:

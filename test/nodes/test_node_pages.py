@@ -168,7 +168,7 @@ def test_dashboard_may_use_exactly_its_interfaces(alone, repository, monkeypatch
     from slider_drilling.nodes import dashboard
 
     class NoServer:
-        url = ""
+        url, token = "", None
 
         def __init__(self, *arguments: object) -> None:
             pass
