@@ -15,6 +15,7 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.console.printable import printable
+from slider_drilling.console.results import reserve_until_exit
 from slider_drilling.errors import InputError
 from slider_drilling.process.environment_variables import check_variables
 from slider_drilling.process.shutdown import (
@@ -201,4 +202,5 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_streams()
     raise_on_signals()
+    reserve_until_exit()
     run_group(group)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import json
+import os
 import re
+import subprocess
+import sys
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -77,6 +81,46 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], st
         return name
 
     return write
+
+
+NOISY = """
+import atexit, ctypes, os, sys
+print("at import")
+os.write(1, b"to the descriptor\\n")
+ctypes.CDLL(None).puts(b"by C")
+atexit.register(print, "at exit")
+atexit.register(os.write, 1, b"at exit, to the descriptor\\n")
+sys.__stdout__.write("to the first stdout\\n")
+class Mine: pass
+"""
+PROGRAM = """
+import click
+from slider_drilling import cli
+from slider_drilling.commands.options import json_option, print_json
+from slider_drilling.user_code import import_reference
+
+@click.group()
+def group(): pass
+
+@group.command()
+@json_option
+def act(as_json):
+    import_reference("noisy_plug_in:Mine", "act", "")
+    print_json({"answer": 1})
+
+cli.group = group
+cli.main()
+"""
+
+
+def test_plug_in_that_prints_leaves_json(tmp_path: Path, repository: Path) -> None:
+    (tmp_path / "noisy_plug_in.py").write_text(NOISY)
+    answer = subprocess.run([sys.executable, "-c", PROGRAM, "act", "--json"], cwd=tmp_path, capture_output=True,
+                            text=True, timeout=120, env={**os.environ, "PYTHONPATH": str(repository)})  # fmt: skip
+    assert answer.returncode == 0, answer.stderr
+    assert json.loads(answer.stdout) == {"answer": 1}
+    for said in ("at import", "to the descriptor", "by C", "at exit"):
+        assert said in answer.stderr
 
 
 def use(name: str) -> None:

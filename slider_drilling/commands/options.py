@@ -24,7 +24,19 @@ topics_option = click.option(
     "--topics", "topics_path", type=click.Path(path_type=Path),
     help="YAML file that says which topic and joint of the log is which channel, where they have other names.",
 )  # fmt: skip
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
+
+
+def _reserve_stdout(context: click.Context, option: click.Parameter, value: bool) -> bool:
+    """Keep stdout for the JSON, whatever plug-ins print."""
+    if value and not context.resilient_parsing:
+        from slider_drilling.console.results import reserve_stdout
+
+        context.call_on_close(reserve_stdout())
+    return value
+
+
+json_option = click.option("--json", "as_json", is_flag=True, is_eager=True, callback=_reserve_stdout,
+                           help="Print JSON on stdout: SI units, rad.")  # fmt: skip
 SEED = click.IntRange(0, 2**31 - 1)
 
 
@@ -48,7 +60,9 @@ def finite_or_none(value: float | None) -> float | None:
 
 def print_json(tree: Mapping[str, Any]) -> None:
     """Print one JSON object; NaN and infinity become null, paths become text."""
-    click.echo(json.dumps(_plain(tree), indent=1, allow_nan=False))
+    from slider_drilling.console.results import results_stream
+
+    click.echo(json.dumps(_plain(tree), indent=1, allow_nan=False), file=results_stream())
 
 
 def _plain(value: Any) -> Any:

@@ -185,12 +185,12 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     assert len(token) == 32
     listener.until(lambda: any("live page: " in text for text in said), "/rosout")
     command_line = Path(f"/proc/{program.process.pid}/cmdline").read_text()
+    program.process.send_signal(signal.SIGINT)
+    assert program.process.wait(30.0) == 0
     logs = "".join(file.read_text() for file in (tmp_path / "logs").rglob("*") if file.is_file())
     assert "live page: " in logs
     for text in (program.output, logs, command_line, *said):
         assert token not in text
-    program.process.send_signal(signal.SIGINT)
-    assert program.process.wait(30.0) == 0
     assert not Path(path).exists()
 
 
