@@ -288,3 +288,31 @@ def test_log_needs_no_ros(repository: Path) -> None:
         [sys.executable, "-c", probe], cwd=repository, capture_output=True, text=True, env=dict(os.environ), timeout=120
     )
     assert answer.stdout.split() == ["False", "False"]
+
+
+def test_a_log_that_is_being_recorded_is_called_so(tmp_path: Path) -> None:
+    writer = LogWriter(tmp_path / "run.mcap")
+    for step in range(100):
+        writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.1 * step, 1.0, 5e3)
+    writer.flush()
+    # By another program: that of the reader may be the recorder's, too.
+    program = "import sys; from slider_drilling.log import read_log; print(*read_log(sys.argv[1]).notes)"
+    for notes in (
+        " ".join(read_log(tmp_path / "run.mcap").notes),
+        subprocess.run([sys.executable, "-c", program, tmp_path / "run.mcap"], capture_output=True, text=True,
+                       check=True).stdout.strip(),
+    ):  # fmt: skip
+        assert notes == "run.mcap: is still being recorded; recovered up to the last complete chunk"
+    writer.close()
+    assert read_log(tmp_path / "run.mcap").notes == ()
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="the system does not tell who writes to a file")
+def test_a_killed_recording_is_not_called_damaged(tmp_path: Path) -> None:
+    with LogWriter(tmp_path / "run.mcap") as writer:
+        for step in range(100):
+            writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.1 * step, 1.0, 5e3)
+        writer.flush()
+        (tmp_path / "cut.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
+    (note,) = read_log(tmp_path / "cut.mcap").notes
+    assert "breaks off at byte" in note and "damaged" not in note

@@ -113,6 +113,27 @@ def test_zeros_of_one_publisher_are_kept(tmp_path: Path) -> None:
     assert log.notes == () and log.top_drive is not None and len(log.top_drive.time) == 3 * COUNT
 
 
+@pytest.mark.parametrize("late", [0.0, 0.03])
+@pytest.mark.parametrize("publisher", [1, 2])
+def test_zeros_of_one_quantity_are_left_out(tmp_path: Path, publisher: int, late: float) -> None:
+    """Another program sends angle and speed on, with a torque of zero."""
+    other = [(publisher, time + late, state(time + late, (angle(time + late), 0.0, 0.0)), step)
+             for step, (_, time, _, _) in enumerate(real())]  # fmt: skip
+    log = read_log(write(tmp_path / "log.mcap", real() + other))
+    assert log.top_drive is not None and any("zeros between other numbers" in note for note in log.notes)
+    torques = log.top_drive.effort[~np.isnan(log.top_drive.effort)]
+    np.testing.assert_allclose(torques, [torque(0.1 * step) for step in range(COUNT)])
+
+
+def test_a_coarse_speed_around_zero_is_kept(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    times = [0.1 * step for step in range(10 * COUNT)]
+    rows = [(1, time, cdr.encode_joint_state(stamp(time), "top_drive", None, 0.01 * float(rng.integers(0, 2)), None), k)
+            for k, time in enumerate(times)]  # fmt: skip
+    log = read_log(write(tmp_path / "log.mcap", rows))
+    assert log.notes == () and log.top_drive is not None and len(log.top_drive.time) == 10 * COUNT
+
+
 def test_two_publishers_that_disagree_are_refused(tmp_path: Path) -> None:
     other = [(2, time, state(time + 0.03, (900.0 - 3.0 * time, 2.0, 1.0)), step)
              for step, (_, time, _, _) in enumerate(real())]  # fmt: skip

@@ -9,6 +9,7 @@ from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 
 from slider_drilling.log import read_log
+from slider_drilling.log.info import log_info
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.recover import recover
 from slider_drilling.messages import cdr
@@ -33,6 +34,7 @@ def test_conformance_files_are_read_without_a_note(shared_data: Path) -> None:
     assert len(files) == 416
     wrong = [file.name for file in files if contents(file) != KINDS[file.stem.partition("-")[0]]]
     assert wrong == []
+    assert [file.name for file in files if log_info(file).notes] == []
 
 
 def write(path: Path, count: int = 30, **options: object) -> None:

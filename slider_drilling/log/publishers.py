@@ -7,10 +7,12 @@ whose values agree where they overlap, are one signal in several parts.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.timestamps import MAX_STEP_BACK, SECOND, Array, Integers, Mask, StampedSamples
+from slider_drilling.log.timestamps import MAX_STEP_BACK, Array, Integers, Mask, StampedSamples, time_order
 
 # Groups that differ in their texts are compared up to this number; more are no publishers.
 _MAX_GROUPS = 30
@@ -23,6 +25,7 @@ _MIN_BETWEEN = 0.8
 _MIN_ZEROS = 3
 # Samples this many usual steps apart are not interrupted: a sample is missing at two steps.
 _UNINTERRUPTED = 1.5
+_REGULAR = 0.6  # of the usual step, at least
 # A signal is away from zero if it is so many times its own steps from it.
 _AWAY = 10.0
 _TWO_RUNS = "the same times twice, with other values: two runs in one log; `slider-drilling recover` splits it"
@@ -47,7 +50,11 @@ def keep_one_publisher(track: StampedSamples, topic: str, source: str, notes: li
 
 def split_signals(track: StampedSamples) -> list[Mask]:
     """Masks (n,) of the parts of a topic that cannot be one signal, the largest first."""
-    publisher = _publisher(track)
+    chains = _sequence_chains(track)
+    if _is_constant(track.channel) and _is_constant(track.layout) and not chains:
+        return [np.ones(len(track.stamp), dtype=np.bool_)]
+    marks = np.column_stack([track.channel, track.layout, *chains])
+    publisher = np.unique(marks, axis=0, return_inverse=True)[1].reshape(-1)
     numbers, counts = np.unique(publisher, return_counts=True)
     if len(numbers) == 1 or len(numbers) > _MAX_GROUPS:
         return [np.ones(len(publisher), dtype=np.bool_)]
@@ -63,15 +70,15 @@ def split_signals(track: StampedSamples) -> list[Mask]:
     return signals
 
 
-def _publisher(track: StampedSamples) -> Integers:
-    """Number of the publisher that each sample seems to be from, (n,)."""
-    marks = [track.channel, track.layout, *_sequence_chains(track)]
-    return np.unique(np.column_stack(marks), axis=0, return_inverse=True)[1].reshape(-1)
+def _is_constant(numbers: Integers) -> bool:
+    return bool((numbers == numbers[0]).all())
 
 
 def _sequence_chains(track: StampedSamples) -> list[Integers]:
     """Number of the chain that each sample continues, where the sequence numbers of a channel do not only grow."""
     chain = np.zeros(len(track.sequence), dtype=np.int64)
+    if (np.diff(track.sequence) >= 0).all():
+        return []
     for channel in np.unique(track.channel):
         own = np.flatnonzero(track.channel == channel)
         if np.diff(track.logged[own]).min(initial=0) < -MAX_STEP_BACK:
@@ -176,26 +183,51 @@ def _name(track: StampedSamples, group: Mask) -> str:
 
 
 def _without_zeros_between(track: StampedSamples, topic: str, notes: list[str]) -> StampedSamples:
-    """Without samples of zeros that stand between samples of a signal which goes on undisturbed."""
-    values = track.values
-    given = ~np.isnan(values)
-    zero = (~given | (values == 0.0)).all(axis=1) & given.any(axis=1)
+    """Without samples, and without single numbers, of zero between those of a signal that goes on undisturbed."""
+    some = ~(track.values != 0.0).any(axis=1, where=~np.isnan(track.values))
+    zero = some & ~np.isnan(track.values).all(axis=1) if some.any() else some
+    if _is_second(track.logged, track.values, zero):
+        notes.append(_idle_note(track, zero, topic))
+        track = track.select(~zero)
+    for k in range(track.values.shape[1]):
+        zero = track.values[:, k] == 0.0
+        if _is_second(track.logged, track.values[:, k : k + 1], zero):
+            values = track.values.copy()
+            values[zero, k] = np.nan
+            track = replace(track, values=values)
+            count = np.count_nonzero(zero)
+            notes.append(f"{topic}: {count} zeros between other numbers were left out: a second publisher sends them")
+    return track
+
+
+def _is_second(logged: Integers, values: Array, zero: Mask) -> bool:
+    """Whether zeros are a second publisher's: they lie in a regular signal that is far from zero before and behind.
+
+    Args:
+        logged: Log time of each sample, ns, (n,).
+        values: Its numbers, (n, m).
+        zero: Which samples are zeros, (n,).
+    """
     count = np.count_nonzero(zero)
-    if count < _MIN_ZEROS or len(zero) - count < _MIN_ZEROS:
-        return track
-    order = np.argsort(track.logged, kind="stable")
-    live = order[~zero[order]]
-    time = track.logged[live]
-    after = np.searchsorted(time, track.logged[zero], side="right")
+    if count < _MIN_ZEROS or count > len(zero) - _MIN_ZEROS:
+        return False
+    known = ~np.isnan(values).all(axis=1) & ~zero
+    if np.count_nonzero(known) < _MIN_ZEROS:
+        return False
+    order = time_order(logged)
+    live = np.flatnonzero(known) if order is None else order[known[order]]
+    time = logged[live]
+    gaps = np.diff(time)
+    usual = float(np.median(gaps))
+    # A coarse number that alternates with zero does so irregularly.
+    if np.mean((gaps >= _REGULAR * usual) & (gaps <= _UNINTERRUPTED * usual)) < _MIN_BETWEEN:
+        return False
+    after = np.searchsorted(time, logged[zero], side="right")
     inside = (after > 0) & (after < len(time))
     after = np.clip(after, 1, len(time) - 1)
-    usual = float(np.median(np.diff(time)))
-    undisturbed = time[after] - time[after - 1] <= max(_UNINTERRUPTED * usual, 1e-3 * SECOND)
+    undisturbed = gaps[after - 1] <= _UNINTERRUPTED * usual
     low, high = values[live[after - 1]], values[live[after]]
     with np.errstate(invalid="ignore"):
         away = (np.minimum(np.abs(low), np.abs(high)) > _AWAY * np.abs(high - low)).any(axis=1)
-    between = inside & undisturbed & away
-    if np.count_nonzero(between) < max(_MIN_ZEROS, _MIN_BETWEEN * np.count_nonzero(inside)):
-        return track
-    notes.append(_idle_note(track, zero, topic))
-    return track.select(~zero)
+    between = np.count_nonzero(inside & undisturbed & away)
+    return bool(between >= max(_MIN_ZEROS, _MIN_BETWEEN * np.count_nonzero(inside)))

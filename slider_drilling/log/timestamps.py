@@ -60,6 +60,17 @@ class StampedSamples:
         return cls(*(np.concatenate([getattr(part, name.name) for part in parts]) for name in fields(cls)))
 
 
+def time_order(times: Integers) -> Integers | None:
+    """Indices that sort times, stably; None where they are sorted."""
+    return None if (np.diff(times) >= 0).all() else np.argsort(times, kind="stable")
+
+
+def in_time_order(track: StampedSamples, times: Integers) -> StampedSamples:
+    """The samples in the order of these times, (n,)."""
+    order = time_order(times)
+    return track if order is None else track.select(order)
+
+
 def sort_by_stamp(
     track: StampedSamples, topic: str, is_surface: bool, moved: bool, source: str, notes: list[str]
 ) -> StampedSamples:
@@ -77,14 +88,14 @@ def sort_by_stamp(
         InputError: The log holds two runs.
     """
     if moved or largest_step_back(track) <= MAX_STEP_BACK:
-        track = track.select(np.argsort(track.logged, kind="stable"))
+        track = in_time_order(track, track.logged)
     if not track.stamp.any() and track.logged.any():
         notes.append(f"{topic}: no stamps in its headers; log times taken instead")
         track = replace(track, stamp=track.logged.copy())
     track = _without_outliers(_with_stamps(track, topic, notes), topic, notes)
     if is_surface:
         _check_one_run(track, topic, source)
-    track = track.select(np.argsort(track.stamp, kind="stable"))
+    track = in_time_order(track, track.stamp)
     last = np.append(np.diff(track.stamp) > 0, True)
     if last.all():
         return track
@@ -102,8 +113,10 @@ def _last_given(values: Array, last: Mask) -> Array:
 
 def largest_step_back(track: StampedSamples) -> int:
     """The largest step back of the log times within one channel, ns."""
-    order = np.argsort(track.channel, kind="stable")
-    steps = np.diff(track.logged[order])[np.diff(track.channel[order]) == 0]
+    steps = np.diff(track.logged)
+    if (track.channel != track.channel[0]).any():
+        order = np.argsort(track.channel, kind="stable")
+        steps = np.diff(track.logged[order])[np.diff(track.channel[order]) == 0]
     return int(-steps.min(initial=0))
 
 
