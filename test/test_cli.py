@@ -202,7 +202,8 @@ def test_shell_completes(repository: Path, words: str, expected: set[str]) -> No
 def test_every_answering_command_has_json() -> None:
     for name in set(COMMANDS) - {"completion"}:
         command = importlib.import_module(COMMANDS[name].module).command
-        assert any("--json" in parameter.opts for parameter in command.params), name
+        for one in command.commands.values() if isinstance(command, click.Group) else (command,):
+            assert any("--json" in parameter.opts for parameter in one.params), name
 
 
 @pytest.mark.parametrize(("words", "key"), [

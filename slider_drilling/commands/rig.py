@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_written, units_option, write_and_print
+from slider_drilling.commands.options import json_option, print_json, print_written, units_option, write_and_print
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -135,17 +135,22 @@ def _print(made: NewRig, units: Units) -> None:
 @click.argument(
     "name", required=False, type=click.Choice(["drill-pipe", "heavy-weight", "motors", "top-drives", "pumps"])
 )
-def tables(name: str | None) -> None:
+@json_option
+def tables(name: str | None, as_json: bool) -> None:
     """Print the tables inside the package, with their sources."""
     from slider_drilling.console.streams import stdout
     from slider_drilling.rig_papers.equipment_tables import EQUIPMENT_TABLES
 
-    for title, table in EQUIPMENT_TABLES.items():
-        if name in (None, title):
-            stdout().print(f"{title}: {table.source}")
-            for line in _aligned([table.head, *table.rows()]):
-                stdout().print(line)
-            stdout().print()
+    chosen = {title: table for title, table in EQUIPMENT_TABLES.items() if name in (None, title)}
+    if as_json:
+        print_json({title: {"source": table.source, "head": table.head, "rows": list(table.rows())}
+                    for title, table in chosen.items()})  # fmt: skip
+        return
+    for title, table in chosen.items():
+        stdout().print(f"{title}: {table.source}")
+        for line in _aligned([table.head, *table.rows()]):
+            stdout().print(line)
+        stdout().print()
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
