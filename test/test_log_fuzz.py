@@ -27,7 +27,7 @@ def write(path: Path) -> None:
     with LogWriter(path, rig_text="schema: x\n" * 20, notes="a note", whole=True) as writer:
         for step in range(STEPS):
             time = 100.0 + 0.1 * step
-            writer.joint_state("top_drive/joint_states", time, "top_drive", step, 0.5 * step, 3.0 * step)
+            writer.joint_state("top_drive/joint_states", time, "top_drive", step, 0.05 * step, 3.0 * step)
             writer.fluid_pressure("standpipe_pressure", time, 1e6 + step, 1.0)
             if step % 50 == 0:
                 writer.joint_state("mwd/tool_face", time - 6.0, "tool_face", 0.01 * step, log_time_s=time)

@@ -49,7 +49,7 @@ def score_nominal(problem: Problem, calibrated: FittedModel) -> HeldOutScore:
 def no_worse_than_given(calibrated: FittedModel, nominal: HeldOutScore) -> FittedModel:
     """The calibrated model, or the model as given where calibration made the gap larger.
 
-    The likelihood lets slow discrepancies pass. Where the model is far off, its optimum can therefore follow what is
+    The likelihood lets slow discrepancies pass. Where the model fits badly, its optimum can therefore follow what is
     fast and leave a larger gap than the model as given.
     """
     if calibrated.score.gap <= nominal.gap:
