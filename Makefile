@@ -43,18 +43,18 @@ define INSTALL
 	@if $(RUN)python -c '$(SOURCED)'; then extras=$(1); ros="the ROS 2 of this shell is used"; \
 	else extras=$(1),ros; ros="ROS 2 Jazzy comes as wheels"; fi; \
 	echo "installing $(2) into $(VENV); $$ros"; begun=$$(date +%s); \
-	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable ".[$$extras]" \
+	$(RUN)python -m pip install --disable-pip-version-check --quiet --constraint constraints.txt --editable ".[$$extras]" \
 	|| { echo $(HINT) >&2; exit 1; }; \
 	echo "installed in $$(($$(date +%s) - begun)) s: $(VENV) takes $$(du -sh $(VENV) | cut -f1)"
 endef
 
 install: $(STAMP)
 
-$(DEMO_STAMP): setup.cfg setup.py
+$(DEMO_STAMP): setup.cfg setup.py constraints.txt
 	$(call INSTALL,pages,what the demo needs (about 850 MB on disk, a minute))
 	@touch $@
 
-$(STAMP): setup.cfg setup.py
+$(STAMP): setup.cfg setup.py constraints.txt
 	$(call INSTALL,$(EXTRAS),everything (about 1.7 GB on disk, two minutes))
 	@touch $(DEMO_STAMP)
 	rm -rf $(VENV)/lib/slider_drilling $(VENV)/share/slider_drilling

@@ -73,3 +73,20 @@ def test_installed_files_are_found(name: str) -> None:
 def test_missing_shared_file_is_an_input_error() -> None:
     with pytest.raises(InputError, match="install the package again"):
         installed_file("config/no_such_file.yaml")
+
+
+def test_constraints_pin_what_make_installs(repository: Path) -> None:
+    makefile = (repository / "Makefile").read_text()
+    assert "--constraint constraints.txt" in makefile
+    (extras,) = re.findall(r"^EXTRAS = (\S+)", makefile, re.M)
+    setup = configparser.ConfigParser()
+    setup.read(repository / "setup.cfg")
+    wanted = setup["options"]["install_requires"]
+    wanted += "".join(setup["options.extras_require"][extra] for extra in [*extras.split(","), "ros"])
+    names = {re.split(r"[<>=~\[; ]", line)[0] for line in wanted.split("\n") if line}
+    pins = dict(re.findall(r"^([\w.-]+)==([^;]+);", (repository / "constraints.txt").read_text(), re.M))
+
+    def plain(name: str) -> str:
+        return re.sub("[-_.]+", "-", name).lower()
+
+    assert {plain(name) for name in names} <= {plain(name) for name in pins}
