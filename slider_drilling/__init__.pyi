@@ -15,6 +15,8 @@ from slider_drilling.api.replay import ReplayResult as ReplayResult
 from slider_drilling.api.replay import replay as replay
 from slider_drilling.api.rigs import load_rig as load_rig
 from slider_drilling.api.rocking import rocking as rocking
+from slider_drilling.api.rocking_plan import RockingPlanResult as RockingPlanResult
+from slider_drilling.api.rocking_plan import rocking_plan as rocking_plan
 from slider_drilling.api.simulate import Run as Run
 from slider_drilling.api.simulate import simulate as simulate
 from slider_drilling.api.study import StudyResult as StudyResult
@@ -30,5 +32,6 @@ from slider_drilling.errors import InputError as InputError
 from slider_drilling.log import RigLog as RigLog
 from slider_drilling.log import read_log as read_log
 from slider_drilling.rig import Rig as Rig
+from slider_drilling.rocking_design.plan import PlanOptions as PlanOptions
 
 __version__: str

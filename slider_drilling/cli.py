@@ -73,6 +73,9 @@ COMMANDS: dict[str, CommandEntry] = {
     "torque-drag": CommandEntry(
         "slider_drilling.commands.torque_drag", "Draw hook load and torque against depth."
     ),
+    "rocking-plan": CommandEntry(
+        "slider_drilling.commands.rocking_plan", "Plan how to rock at each depth: turns, torque, period, offset."
+    ),
     "study": CommandEntry(
         "slider_drilling.commands.study", "Study the paper's vibration tools, with a verdict on each claim."
     ),

@@ -46,11 +46,16 @@ def _units(context: click.Context, option: click.Parameter, value: str) -> Units
     return UNITS[value]
 
 
-units_option = click.option(
-    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True, envvar="SLIDER_DRILLING_UNITS",
-    show_envvar=True, callback=_units,
-    help="Units of tables, pages and pictures: m, kN, bar, kN m, rad or ft, klbf, psi, ft lbf, turns.",
-)  # fmt: skip
+def units_option_with(default: str) -> Callable[[Any], Any]:
+    """The option --units with this default."""
+    return click.option(
+        "--units", type=click.Choice(["si", "field"]), default=default, show_default=True,
+        envvar="SLIDER_DRILLING_UNITS", show_envvar=True, callback=_units,
+        help="Units of tables, pages and pictures: m, kN, bar, kN m, rad or ft, klbf, psi, ft lbf, turns.",
+    )  # fmt: skip
+
+
+units_option = units_option_with("si")
 
 
 def finite_or_none(value: float | None) -> float | None:

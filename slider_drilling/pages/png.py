@@ -47,7 +47,7 @@ def render_png(figures: tuple[Figure, ...], units: Units, title: Text = "") -> b
 
 
 @contextmanager
-def _without_windows() -> Iterator[None]:
+def without_windows() -> Iterator[None]:
     """Hide MPLBACKEND while matplotlib is imported: an invalid value would make the import fail."""
     given = os.environ.pop("MPLBACKEND", None)
     try:
@@ -58,7 +58,7 @@ def _without_windows() -> Iterator[None]:
 
 
 def _png(figures: tuple[Figure, ...], units: Units, title: str) -> bytes:
-    with _without_windows():
+    with without_windows():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure as Paper
 
