@@ -22,8 +22,9 @@ from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
-from slider_drilling.rig import Rig, dump_rig
+from slider_drilling.rig import FrictionInterval, Rig, StringSection, dump_rig
 from slider_drilling.wellbore.broomstick import broomstick
+from slider_drilling.wellbore.survey_table import read_survey
 
 KLBF, FT = 4448.2216, 0.3048
 BLOCK = 62.0 * KLBF
@@ -185,3 +186,31 @@ def test_number_without_unit_is_refused(tmp_path: Path):
     result = CliRunner().invoke(command, ["-o", str(tmp_path), "--pick-up", "260"])
     assert isinstance(result.exception, InputError)
     assert "--pick-up = '260': expected a number and its unit" in str(result.exception)
+
+
+def test_paper_well_agrees_with_its_torque(shared_data: Path):
+    """Weights alone give an open-hole friction whose torque is the one that was read, within 5 %."""
+    rig = paper_rig(shared_data)
+    found = calibrate_friction(rig, [DrillerWeights(14500.0 * FT, 260.0 * KLBF, 121.0 * KLBF, 193.0 * KLBF)],
+                               62.0 * KLBF)  # fmt: skip
+    cased, open_hole = found.intervals
+    assert open_hole.is_determined
+    assert not cased.is_determined
+    torque = broomstick(found.rig, None, [14500.0 * FT]).torque[0]
+    assert torque == pytest.approx(7000.0 * 1.3558179, rel=0.05)
+
+
+def paper_rig(shared_data: Path) -> Rig:
+    """Survey and tally of the paper well on the example rig; friction is the rig file's."""
+    survey = read_survey(shared_data / "paper_well" / "survey.csv")
+    rows = (("drill pipe", 5.0, 4.276, 21.9, 13810.0), ("HWDP", 5.0, 3.0, 49.3, 600.0),
+            ("NMDC", 6.75, 2.81, 104.0, 59.2), ("motor", 6.75, 2.81, 96.0, 30.8))  # fmt: skip
+    inch, pound_per_foot = 0.0254, KLBF / 1e3 / FT
+    sections = tuple(StringSection(name, length * FT, outer * inch, inner * inch, weight * pound_per_foot)
+                     for name, outer, inner, weight, length in rows)  # fmt: skip
+    rig = sd.load_rig()
+    depth = sum(section.length for section in sections)
+    intervals = (FrictionInterval(6200.0 * FT, 0.8), FrictionInterval(depth, 1.0))
+    well = replace(rig.well, survey=(*survey[:-1], (depth, *survey[-1][1:])), friction_intervals=intervals)
+    return replace(rig, well=well, mud=replace(rig.mud, density=9.6 * 119.8264),
+                   string=replace(rig.string, sections=sections))  # fmt: skip
