@@ -202,7 +202,7 @@ def test_paper_well_agrees_with_its_torque(shared_data: Path):
 
 def paper_rig(shared_data: Path) -> Rig:
     """Survey and tally of the paper well on the example rig; friction is the rig file's."""
-    survey = read_survey(shared_data / "paper_well" / "survey.csv")
+    survey = read_survey(shared_data / "paper_well" / "survey.csv").stations
     rows = (("drill pipe", 5.0, 4.276, 21.9, 13810.0), ("HWDP", 5.0, 3.0, 49.3, 600.0),
             ("NMDC", 6.75, 2.81, 104.0, 59.2), ("motor", 6.75, 2.81, 96.0, 30.8))  # fmt: skip
     inch, pound_per_foot = 0.0254, KLBF / 1e3 / FT
