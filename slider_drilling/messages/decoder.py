@@ -371,7 +371,7 @@ class TopicDecoder:
             lengths = " and ".join(map(str, sorted(counts)))
             raise InputError(f"{joints} joint names ({', '.join(names)}) for {lengths} values")
         # In an array of another length it is not known which value is whose.
-        return tuple(first + 8 * index if count == joints else -1 for first, count in found)
+        return tuple(first + 8 * index if 0 < count == joints else -1 for first, count in found)
 
     def _joint_index(self, names: list[str], joints: int) -> int:
         """Which joint of a message is the topic's. Raises InputError where that cannot be told.
