@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from slider_drilling.nodes.session import SessionOptions, SessionResult
     from slider_drilling.units import Units
 
+_FIRST_DOMAIN, _DOMAINS = 0, 50  # where a run looks for a ROS domain of its own
 EXAMPLES = """\
 Examples:
 
@@ -85,6 +87,7 @@ def command(
     from slider_drilling.nodes import environment
 
     environment.prepare()
+    _take_free_domain()
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.commands.overrides import apply_changes
     from slider_drilling.live.server import Address
@@ -106,6 +109,26 @@ def command(
         outcome = _run(plan)
         _report(outcome, record is not None, as_json, units)
     return 128 + outcome.signal if outcome.signal else 0
+
+
+def _take_free_domain() -> None:
+    """Use the first ROS domain without a simulated rig, unless ROS_DOMAIN_ID gives one."""
+    from slider_drilling.console.streams import stderr
+    from slider_drilling.nodes.simulator_lock import SimulatorLock
+
+    if os.environ.get("ROS_DOMAIN_ID"):
+        return
+    for domain in range(_FIRST_DOMAIN, _FIRST_DOMAIN + _DOMAINS):
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
+        try:
+            SimulatorLock("").release()
+        except InputError:
+            continue
+        if domain > _FIRST_DOMAIN:
+            stderr().print(f"another rig is simulated in ROS domain {_FIRST_DOMAIN}; this one runs in domain {domain}: "
+                           f"`export ROS_DOMAIN_ID={domain}` to see its topics")  # fmt: skip
+        return
+    del os.environ["ROS_DOMAIN_ID"]  # the simulator says what to do
 
 
 def _check(target: float | None, seed: int, elements: int) -> None:

@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slider_drilling.commands import run
 from slider_drilling.log import read_log
+from slider_drilling.nodes.simulator_lock import SimulatorLock
 
 
 def command(*arguments: object) -> list[str]:
@@ -195,3 +197,19 @@ def test_interrupted_start_leaves_no_log(number, when, environment, tmp_path):
     )
     assert done.returncode == 128 + signal.Signals[number], done.stderr
     assert "interrupted" in done.stderr and not list(tmp_path.rglob("*.mcap"))
+
+
+def test_second_simulation_takes_a_free_domain(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setattr(run, "_FIRST_DOMAIN", 150)
+    monkeypatch.setenv("ROS_DOMAIN_ID", "150")
+    held = SimulatorLock("")
+    monkeypatch.delenv("ROS_DOMAIN_ID")
+    run._take_free_domain()
+    assert os.environ["ROS_DOMAIN_ID"] == "151"
+    assert "in ROS domain 150; this one runs in domain 151: `export ROS_DOMAIN_ID=151`" in capsys.readouterr().err
+    held.release()
+    run._take_free_domain()
+    assert os.environ["ROS_DOMAIN_ID"] == "151", "a domain that is given is kept"
+    monkeypatch.setenv("ROS_DOMAIN_ID", "")
