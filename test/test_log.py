@@ -102,6 +102,7 @@ def test_round_trip_of_any_numbers(
     # Whole microseconds: an epoch in s as a float has no more.
     time = start + np.cumsum(gaps // 1000 + 1) * 1e-6
     values = data.draw(hnp.arrays(np.float64, (len(gaps), 3), elements=finite))
+    values[:, 1] *= 5e-4  # a speed that a rig can have
     with LogWriter(path) as writer:
         for stamp, row in zip(time, values, strict=True):
             writer.joint_state("top_drive/joint_states", stamp, "top_drive", *row)
