@@ -113,8 +113,10 @@ def test_survey_on_the_examples_string_is_named(tmp_path: Path) -> None:
     assert "string, mud, hole and casing are the example well's, not those of survey.csv" in notes[0]
     assert notes[1] == "survey.csv reaches 5000 m, the example well's string 4000 m: the chart ends there"
     path.write_text("MD (m),Inc,Azi\n0,0,0\n2000,90,0\n")
-    with pytest.raises(InputError, match="ends at 2000 m, but the example well's string reaches 4000 m; give a rig"):
-        outcome(tmp_path, "--survey", str(path))
+    notes, _ = outcome(tmp_path, "--survey", str(path))
+    assert notes[1] == "survey.csv ends at 2000 m: the example well's string of 4000 m was cut to that"
+    with pytest.raises(InputError, match="ends at 2000 m, but the rig file's string reaches 2600 m; give a rig file"):
+        outcome(tmp_path, "--survey", str(path), "--rig", SHORT)
 
 
 def test_log_of_another_well_is_named(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ def charted_rig(
         survey_path: Survey instead of the rig's.
 
     Raises:
-        InputError: The survey is shorter than the string, or a file cannot be used.
+        InputError: The survey is shorter than the rig file's string, or a file cannot be used.
     """
     from slider_drilling.api.rigs import load_rig
 
@@ -51,16 +51,20 @@ def charted_rig(
 def _with_survey(rig: Rig, path: Path, example: bool) -> tuple[Rig, list[str]]:
     from slider_drilling.errors import InputError
     from slider_drilling.rig import check_rig
+    from slider_drilling.wellbore.broomstick import with_bit_at
     from slider_drilling.wellbore.survey_table import read_survey
 
     survey = read_survey(path)
     length, whose = rig.string.length, "the example well's" if example else "the rig file's"
     advice = "give a rig file for this well with --rig (slider-drilling rig new makes one)"
-    if survey.length < length - 1e-6:
+    if survey.length < length - 1e-6 and not example:
         raise InputError(f"{path}: ends at {survey.length:.5g} m, but {whose} string reaches {length:.5g} m; {advice}")
     notes = [f"{path}: {note}" for note in survey.notes]
     if example:
         notes.append(f"string, mud, hole and casing are {whose}, not those of {path.name}; {advice}")
+    if survey.length < length - 1e-6:
+        notes.append(f"{path.name} ends at {survey.length:.5g} m: {whose} string of {length:.5g} m was cut to that")
+        rig = with_bit_at(rig, survey.length)
     if survey.length > length + 1.0:
         notes.append(f"{path.name} reaches {survey.length:.5g} m, {whose} string {length:.5g} m: the chart ends there")
     well = dataclasses.replace(rig.well, survey=survey.stations, name="")
