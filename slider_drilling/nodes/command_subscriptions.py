@@ -42,8 +42,7 @@ class CommandSubscriptions:
 
     def controller_ids(self) -> set[bytes]:
         """The identities of the publishers of the top drive's commands."""
-        topic = self._subscriptions[TOP_DRIVE].topic_name
-        return {bytes(endpoint.endpoint_gid) for endpoint in self._node.get_publishers_info_by_topic(topic)}
+        return raw_topics.publisher_ids(self._node, self._subscriptions[TOP_DRIVE].topic_name)
 
     def last_refusal(self) -> str:
         """Why the last command was refused with an error; "" if none was since the last status."""

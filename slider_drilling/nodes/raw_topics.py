@@ -62,6 +62,11 @@ def flush(node: Node, timeout: float = 2.0) -> None:
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
 
+def publisher_ids(node: Node, topic: str) -> set[bytes]:
+    """The GIDs of the present publishers of a topic, given by its full name."""
+    return {bytes(endpoint.endpoint_gid) for endpoint in node.get_publishers_info_by_topic(topic)}
+
+
 def message_class(kind: str) -> Any:
     """The class of `package/msg/Name`.
 

@@ -19,6 +19,7 @@ from slider_drilling.messages.topics import Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.message_definitions import message_definition, qos_as_metadata
 from slider_drilling.nodes.message_sequence import SequenceCounter
+from slider_drilling.nodes.raw_topics import publisher_ids
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ class TopicSubscriptions:
         name = self._node.resolve_topic_name(topic.name)
         if name not in self._topics and not self._filter.is_excluded(name):
             subscription = self._make_subscription(name, topic.type, quality)
-            self._topics[name] = SubscribedTopic(topic.type, subscription, SequenceCounter())
+            self._topics[name] = SubscribedTopic(topic.type, subscription, self._sequence_counter(name))
 
     def discover(self) -> None:
         """Subscribe to topics that appeared; if a publisher offers less than a subscription asks for, ask for less."""
@@ -161,7 +162,10 @@ class TopicSubscriptions:
             return
         if len(kinds) > 1:
             self._node.get_logger().warning(f"{name} has several types: {', '.join(kinds)}; the first is recorded")
-        self._topics[name] = SubscribedTopic(kinds[0], subscription, SequenceCounter())
+        self._topics[name] = SubscribedTopic(kinds[0], subscription, self._sequence_counter(name))
+
+    def _sequence_counter(self, name: str) -> SequenceCounter:
+        return SequenceCounter(lambda: publisher_ids(self._node, name))
 
     def _offered_quality(self, name: str) -> QoSProfile | None:
         """What every publisher of the topic offers; None if it has no publisher."""

@@ -19,14 +19,6 @@ from slider_drilling.nodes import environment
 environment.prepare()
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Nodes race against the machine's clock: a test of this folder that fails is tried again, and `-ra` tells so."""
-    if config.pluginmanager.hasplugin("rerunfailures"):
-        for item in items:
-            if Path(__file__).parent in item.path.parents:
-                item.add_marker(pytest.mark.flaky(reruns=2))
-
-
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of this process see each other only."""

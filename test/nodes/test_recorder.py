@@ -337,17 +337,43 @@ def test_early_messages_get_the_first_time(begins, bench, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("numbers", "lost"),
+    ("numbers", "publishers", "lost"),
     [
-        ([5, 6, 7], 0),
-        ([5, 7, 8, 12], 4),
-        ([100, 1, 101, 2, 102, 5, 103], 2),
-        ([9, 10, 1, 2, 3], 0),
+        ([5, 6, 7], 1, 0),
+        ([5, 7, 8, 12], 1, 4),
+        ([100, 1, 101, 2, 102, 5, 103], 2, 2),
+        ([9, 10, 1, 2, 3], 2, 0),
+        ([5, 6, 52, 7, 53, 54, 8], 2, 0),
+        ([5, 6, 52, 55, 7], 2, 2),
+        ([500, 1001, 501, 7, 1002, 8], 3, 0),
+        ([3, 4, 10], 0, 5),  # not in the graph any more
     ],
 )
-def test_sequence_counter_follows_each_publisher(numbers, lost):
-    watch = SequenceCounter()
+def test_sequence_counter_follows_each_publisher(numbers, publishers, lost):
+    watch = SequenceCounter(lambda: {bytes([number]) for number in range(publishers)})
     assert sum(watch.count_missing(number) for number in numbers) == watch.lost == lost
+
+
+@pytest.mark.parametrize("heads", [(46, 121), (121, 46), (300, 301)])
+def test_recorder_started_late_counts_no_losses(heads, bench, tmp_path):
+    """Several publishers of one topic, each of which has sent before the recorder came."""
+    rig = Node("late_rig")
+    publishers = [raw_topics.publisher(rig, DRIVE) for _ in heads]
+    value = 0
+    for publisher, count in zip(publishers, heads, strict=True):
+        for _ in range(count):
+            publisher.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
+            value += 1
+    one = bench(directory=str(tmp_path))
+    one.turn(lambda: one.recorder.publisher_count("/top_drive/joint_states") == len(heads))
+    for _ in range(3):
+        for publisher in publishers:
+            one.send(publisher, range(value, value + 1))
+            value += 1
+    assert one.recorder.lost == 0
+    one.end()
+    rig.destroy_node()
+    assert len(read_log(tmp_path).top_drive.position) == 3 * len(heads)
 
 
 @pytest.mark.parametrize(
