@@ -10,20 +10,20 @@ from slider_drilling.nodes.launch_helpers import (
     dashboard,
     description,
     process,
-    shut_down_together,
+    run_together,
     target,
 )
 
 
 def real_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """The controller and, where a folder is given, the recorder; interrupted, they end."""
+    """The controller and, where a folder is given, the recorder; a recorder or live page that ends stops nobody."""
     controller = process("rocking_controller", given, {"use_sim_time": False}, {
         "rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]})
-    nodes = [controller]
+    observers = dashboard(given)
     if given["record"]:
-        nodes.append(process("recorder", given, {"use_sim_time": False}, {
+        observers.append(process("recorder", given, {"use_sim_time": False}, {
             "rig": given["rig"], "directory": given["record"]}))
-    return shut_down_together([], [*nodes, *dashboard(given)])
+    return run_together(ending=[], required=[controller], optional=observers)
 
 
 def generate_launch_description() -> LaunchDescription:

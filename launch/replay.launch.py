@@ -13,13 +13,13 @@ from slider_drilling.nodes.launch_helpers import (
     dashboard,
     description,
     process,
-    shut_down_together,
+    run_together,
     speed,
 )
 
 
 def replay(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """Simulator, player and, where a folder is given, recorder; all end with the log. Raises InputError."""
+    """Simulator and player, which end with the log, and, where a folder is given, recorder. Raises InputError."""
     if not given["log"]:
         raise ValueError("log:= is missing: give the MCAP log to play")
     shown = dashboard(given)
@@ -30,11 +30,10 @@ def replay(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
          "minimum_subscribers": 2 + len(shown) if given["record"] else None})
     player = process("log_player", given, {"use_sim_time": True, "beside": "recorded"},
                      {"log": given["log"], "commands_only": True})
-    others = shown
     if given["record"]:
-        others.append(process("recorder", given, {"use_sim_time": True}, {
+        shown.append(process("recorder", given, {"use_sim_time": True}, {
             "rig": given["rig"], "directory": given["record"], "regex": ".*/recorded/.*"}))
-    return shut_down_together([player], others, needed=[simulator])
+    return run_together(ending=[player], required=[simulator], optional=shown)
 
 
 def generate_launch_description() -> LaunchDescription:

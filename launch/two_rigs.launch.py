@@ -6,20 +6,22 @@
 from launch import LaunchDescription, LaunchDescriptionEntity
 
 from slider_drilling.live.server import PORT
-from slider_drilling.nodes.launch_helpers import LaunchArguments, description, shut_down_together
+from slider_drilling.nodes.launch_helpers import LaunchArguments, description, run_together
 from slider_drilling.nodes.simulated_rig import SIMULATED, simulated_rig
 
 
 def two_rigs(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """Both rigs, until both have ended; logs in folders of the rigs' names."""
+    """Both rigs, until both have ended or one has no controller; logs in folders of the rigs' names."""
     space = given["namespace"].strip("/")
-    simulators, others = [], []
+    rigs = []
     for name, port in (("rig_a", PORT), ("rig_b", PORT + 1)):
         own = {**given, "record": f"{given['record']}/{name}" if given["record"] else ""}
-        simulator, beside = simulated_rig(own, "/".join(filter(None, [space, name])), port)
-        simulators.append(simulator)
-        others += beside
-    return shut_down_together(simulators, others)
+        rigs.append(simulated_rig(own, "/".join(filter(None, [space, name])), port))
+    return run_together(
+        ending=[rig.simulator for rig in rigs],
+        required=[rig.controller for rig in rigs],
+        optional=[node for rig in rigs for node in rig.observers],
+    )
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -38,17 +38,18 @@ def package(tmp_path: Path) -> Path:
     ("file", "changes"), [("loop.py", True), ("layout.py", True), ("page.py", False), ("process/new.py", False)]
 )
 def test_hash_follows_imported_sources(file: str, changes: bool, package: Path) -> None:
-    before = source_hash(package, LIBRARIES)
+    before = source_hash(package / "loop.py", LIBRARIES, package)
     (package / file).parent.mkdir(exist_ok=True)
     (package / file).write_text((package / file).read_text() + "#" if (package / file).is_file() else "X = 1\n")
-    assert (source_hash(package, LIBRARIES) != before) == changes
+    assert (source_hash(package / "loop.py", LIBRARIES, package) != before) == changes
 
 
 def test_hash_follows_moved_modules_and_libraries(package: Path) -> None:
-    hashes = {source_hash(package, LIBRARIES), source_hash(package, ("numba 1", "numpy 3"))}
+    loop = package / "loop.py"
+    hashes = {source_hash(loop, LIBRARIES, package), source_hash(loop, ("numba 1", "numpy 3"), package)}
     (package / "layout.py").rename(package / "arrays.py")
     (package / "loop.py").write_text((package / "loop.py").read_text().replace("layout", "arrays"))
-    assert len(hashes | {source_hash(package, LIBRARIES)}) == 3
+    assert len(hashes | {source_hash(package / "loop.py", LIBRARIES, package)}) == 3
 
 
 def test_unused_versions_are_removed(package: Path, tmp_path: Path) -> None:
@@ -57,7 +58,7 @@ def test_unused_versions_are_removed(package: Path, tmp_path: Path) -> None:
         folder.mkdir(parents=True)
     for folder in (old, foreign):
         os.utime(folder, (0.0, 0.0))
-    used = Path(versioned_cache_folder(str(tmp_path / "base"), package, LIBRARIES))
+    used = Path(versioned_cache_folder(str(tmp_path / "base"), package / "loop.py", LIBRARIES))
     assert {used, recent, foreign} == set((tmp_path / "base").iterdir())
 
 

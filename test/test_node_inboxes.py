@@ -5,13 +5,17 @@ import time
 
 import pytest
 
-from slider_drilling.control.interface import Level
-from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
+from slider_drilling.control.interface import Level, RigCommand
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.nodes.clock_check import clock_offset_message
+from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox, CommandLimits
 from slider_drilling.nodes.late_joiners import FIRST_RESEND_AFTER, RESEND_PERIOD, LateJoiners
 from slider_drilling.nodes.own_echoes import OwnEchoes
 from slider_drilling.nodes.pace import Pace
+from slider_drilling.nodes.safe_stop import safe_stop
 from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.watchdog import Watchdog
+from slider_drilling.rig import dump_rig, load_rig, parse_rig
 
 SECOND = 10**9
 
@@ -131,6 +135,57 @@ def test_nonfinite_commands_are_refused(topic, values):
     assert "not finite" in inbox.put(topic, SECOND, *values).reason
     assert inbox.refused == 1
     assert inbox.unanswered(0, (topic,)) == [topic]
+
+
+LIMITS = CommandLimits(top_drive_speed=126.0, block_speed=2.0, pump_speed=24.6)
+
+
+@pytest.mark.parametrize(
+    ("topic", "velocity", "said"),
+    [
+        (BLOCK, 50.0, "50 m/s is beyond 2 m/s, draw_works.max_speed of the rig file"),
+        (BLOCK, -2.1, "draw_works.max_speed"),
+        (PUMP, 1e9, "24.6 rad/s, mud_pump.max_speed of the rig file"),
+        (PUMP, -1.0, "a pump does not turn backwards"),
+        (TOP_DRIVE, -1e9, "top_drive.max_speed"),
+    ],
+)
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_commands_beyond_the_rigs_limits_are_refused(topic, velocity, said, lockstep):
+    inbox = CommandInbox(pump_speed=12.0, timeout=1.0, lockstep=lockstep, limits=LIMITS)
+    refusal = inbox.put(topic, 0, 0.0, velocity)
+    assert refusal.level is Level.ERROR and said in refusal.reason
+    assert inbox.unanswered(0, (topic,)) == [topic]
+
+
+def test_limits_come_from_the_rig_file():
+    rig = load_rig(installed_file("config/rig.example.yaml"))
+    assert CommandLimits.of(rig) == CommandLimits(pytest.approx(126.0), 2.0, pytest.approx(2.0 * 0.032 / 0.0026))
+    slow = rig.with_({"draw_works.max_speed": 0.5, "mud_pump.max_speed": 13.0})
+    assert (CommandLimits.of(slow).block_speed, CommandLimits.of(slow).pump_speed) == (0.5, 13.0)
+    assert parse_rig(dump_rig(slow)) == slow and "draw_works" not in dump_rig(rig)
+
+
+def test_position_alone_takes_speed_from_differences():
+    inbox = at(5.0)
+    assert inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, math.nan) is None
+    assert inbox.command(5 * SECOND, 0.0).top_drive_speed == 0.0
+    inbox.now_ns = round(5.1 * SECOND)
+    assert inbox.put(TOP_DRIVE, inbox.now_ns, 1.2, math.nan) is None
+    command = inbox.command(inbox.now_ns, 0.0)
+    assert (command.top_drive_angle, command.top_drive_speed) == (1.2, pytest.approx(2.0))
+    inbox.now_ns = 9 * SECOND
+    inbox.put(TOP_DRIVE, inbox.now_ns, 7.0, math.nan)
+    assert inbox.command(inbox.now_ns, 0.0).top_drive_speed == 0.0, "after a pause"
+
+
+def test_command_of_all_drives_is_taken_as_a_whole():
+    inbox = CommandInbox(pump_speed=12.0, timeout=1.0, lockstep=True, limits=LIMITS)
+    whole = {TOP_DRIVE: (1.0, 2.0), BLOCK: (math.nan, 0.01), PUMP: (math.nan, 11.0)}
+    assert "draw_works" in inbox.put_all(0, whole | {BLOCK: (math.nan, 50.0)}).reason
+    assert inbox.unanswered(0, whole) == [TOP_DRIVE, BLOCK, PUMP]
+    assert inbox.put_all(0, whole) is None and inbox.unanswered(0, whole) == []
+    assert inbox.command(0, 0.0) == RigCommand(1.0, 2.0, 0.01, 11.0)
 
 
 def test_older_commands_are_refused():
@@ -260,6 +315,58 @@ def test_watchdog_ignores_slow_motion():
     assert silence.silent_for(1.0) == 0.0, "a sample every ten seconds is slow motion"
     now[0] += 6.0
     assert silence.silent_for(1.0) == 31.0
+
+
+def test_watchdog_forgives_own_stop():
+    now = [100.0]
+    silence = Watchdog(lambda: now[0])
+    silence.note_sample()
+    assert not silence.tick()
+    now[0] += 1.5  # SIGSTOP
+    assert silence.tick() and silence.silent_for(1.0) == 0.0
+    for _ in range(30):
+        now[0] += 0.02
+        waiting = silence.tick()
+    assert not waiting
+    for _ in range(30):
+        now[0] += 0.02
+        silence.tick()
+    assert silence.silent_for(1.0) == pytest.approx(1.2)
+
+
+def test_watchdog_restarts_with_listening():
+    now = [100.0]
+    silence = Watchdog(lambda: now[0])
+    silence.note_sample()
+    now[0] += 50.0
+    silence.restart()
+    assert silence.silent_for(1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("speed", "held"), [(0.0, 5.0), (4.0, 5.4), (-4.0, 4.6), (math.nan, 7.0)], ids=["still", "right", "left", "lost"]
+)
+def test_safe_stop_holds_where_drive_comes_to_rest(speed, held):
+    command = safe_stop(RigCommand(7.0, 4.0, 0.01, 12.0), 5.0, speed, 20.0)
+    assert command == RigCommand(pytest.approx(held), 0.0, 0.0, 12.0)
+
+
+DAY = 86_400 * SECOND
+
+
+@pytest.mark.parametrize(
+    ("stamp", "now", "simulated", "says"),
+    [
+        (5 * DAY, 5 * DAY + SECOND, False, ""),
+        (5 * DAY, 6 * DAY, False, "86400 s behind this node's clock: synchronise the clocks"),
+        (7 * DAY, 6 * DAY, False, "86400 s ahead of this node's clock: synchronise the clocks"),
+        (5 * DAY, 0, True, "no /clock comes; set use_sim_time to false"),
+        (5 * DAY, 4 * DAY, True, "/clock belongs to another rig"),
+    ],
+)
+def test_stamps_of_another_clock_are_named(stamp, now, simulated, says):
+    message = clock_offset_message(stamp, now, simulated)
+    assert says in message and bool(message) == bool(says)
 
 
 def test_pace_measures_lag():

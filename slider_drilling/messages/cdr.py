@@ -196,6 +196,16 @@ def encode_joint_state(
     return template.encode(stamp_ns, [number for number in (position, velocity, effort) if number is not None])
 
 
+def encode_joint_states(
+    stamp_ns: int, names: Sequence[str], positions: Sequence[float], velocities: Sequence[float]
+) -> bytes:
+    """sensor_msgs/JointState of several joints; NaN for a number that is not given."""
+    packer = _Packer()
+    header = (divmod(stamp_ns, NANO), FRAME_ID)
+    packer.put(JOINT_STATE.replace("/msg/", "/"), (header, names, positions, velocities, ()))
+    return struct.pack(packer.format, *packer.values)
+
+
 _PRESSURE = _number_template(FLUID_PRESSURE, "", (True, True))
 _WRENCH = _Template(WRENCH_STAMPED, (_HEADER, ((_NUMBER,) * 3, (_NUMBER,) * 3)))
 _CLOCK = struct.Struct("<4siI")

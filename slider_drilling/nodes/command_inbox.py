@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.messages.health import Level
 from slider_drilling.nodes.clock_check import describe_clock
+from slider_drilling.rig import Rig
 
 TOP_DRIVE, BLOCK, PUMP = "top_drive/command", "draw_works/command", "mud_pump/command"
 MAX_AHEAD = 0.5  # s by which a command may be ahead of the rig's clock in real time: stamped between two samples
 LATE_CONTROLLER = 60.0  # s behind the rig up to which a controller is late; beyond, it uses another clock
+MAX_DIFFERENCE_TIME = 1.0  # s between two positions that give a speed
+IMPOSSIBLE_FACTOR = 10.0  # of the top drive's speed
 REMEMBERED = 20  # answered stamps of a topic, to recognise a second controller
 
 
@@ -30,6 +33,39 @@ class Refusal:
     reason: str
 
 
+@dataclass(frozen=True)
+class CommandLimits:
+    """The largest values of commands, from the rig file.
+
+    Attributes:
+        top_drive_speed: rad/s, either way.
+        block_speed: m/s, either way.
+        pump_speed: rad/s; not below 0.
+    """
+
+    top_drive_speed: float = math.inf
+    block_speed: float = math.inf
+    pump_speed: float = math.inf
+
+    @classmethod
+    def of(cls, rig: Rig) -> CommandLimits:
+        """The limits of a rig. A top drive limits itself: only what no drive could mean is refused."""
+        return cls(IMPOSSIBLE_FACTOR * rig.top_drive.max_speed, rig.max_block_speed, rig.max_pump_speed)
+
+    def complaint(self, topic: str, velocity: float) -> str:
+        """Why a command's velocity is beyond the limits; "" if it is not."""
+        limit, unit, key = {
+            TOP_DRIVE: (self.top_drive_speed, "rad/s", f"{IMPOSSIBLE_FACTOR:g} times top_drive.max_speed"),
+            BLOCK: (self.block_speed, "m/s", "draw_works.max_speed"),
+            PUMP: (self.pump_speed, "rad/s", "mud_pump.max_speed"),
+        }[topic]
+        if topic == PUMP and velocity < 0.0:
+            return f"{velocity:g} rad/s: a pump does not turn backwards; command 0 or more"
+        if abs(velocity) > limit:
+            return f"{velocity:g} {unit} is beyond {limit:g} {unit}, {key} of the rig file"
+        return ""
+
+
 class CommandInbox:
     """The last command of each topic, and the stamp that it answers.
 
@@ -41,6 +77,7 @@ class CommandInbox:
         pump_speed: Crank speed until a command comes, rad/s.
         timeout: s of the rig's time.
         lockstep: Whether commands advance time.
+        limits: Commands beyond them are refused.
 
     Attributes:
         now_ns: Stamp of the present sample.
@@ -48,9 +85,12 @@ class CommandInbox:
         conflict_ns: Stamp of the last sample that two controllers answered; None if there is none.
     """
 
-    def __init__(self, pump_speed: float, timeout: float, lockstep: bool) -> None:
+    def __init__(
+        self, pump_speed: float, timeout: float, lockstep: bool, limits: CommandLimits | None = None
+    ) -> None:
         self.timeout = timeout
         self.lockstep = lockstep
+        self._limits = limits or CommandLimits()
         self.now_ns = 0
         self.refused = 0
         self.conflict_ns: int | None = None
@@ -74,18 +114,44 @@ class CommandInbox:
         self._resent[self.now_ns] += 1
 
     def put(self, topic: str, stamp_ns: int, position: float, velocity: float) -> Refusal | None:
-        """Keep a command, or return why it is not taken."""
-        needed = (position, velocity) if topic == TOP_DRIVE else (velocity,)
-        if not all(map(math.isfinite, needed)):
-            return self._refuse(Level.WARN, f"position {position} and velocity {velocity}: not finite")
+        """Keep a command, or return why it is not taken.
+
+        Args:
+            topic: Of the command.
+            stamp_ns: Stamp of the sample that it answers, ns.
+            position: rad; of the top drive's command only.
+            velocity: rad/s or m/s. NaN for a top drive's command that gives its position alone: the speed is then that
+                from the previous position.
+        """
+        return self.put_all(stamp_ns, {topic: (position, velocity)})
+
+    def put_all(self, stamp_ns: int, commands: Mapping[str, tuple[float, float]]) -> Refusal | None:
+        """Keep commands of several topics, (position, velocity) by topic, or none of them; see `put`."""
         if stamp_ns == 0 and self.now_ns != 0 and not self.lockstep:
             stamp_ns = self.now_ns  # typed by hand, without a stamp: for the present sample
         elif refusal := self._check_stamp(stamp_ns):
             return refusal
+        complete = {topic: self._with_speed(topic, stamp_ns, *values) for topic, values in commands.items()}
+        for topic, (position, velocity) in complete.items():
+            if refusal := self._check(topic, stamp_ns, position, velocity):
+                return refusal
+        for topic, (position, velocity) in complete.items():
+            self._take(topic, stamp_ns, position, velocity)
+        return None
+
+    def _check(self, topic: str, stamp_ns: int, position: float, velocity: float) -> Refusal | None:
+        needed = (position, velocity) if topic == TOP_DRIVE else (velocity,)
+        if not all(map(math.isfinite, needed)):
+            return self._refuse(Level.WARN, f"position {position} and velocity {velocity}: not finite")
+        if complaint := self._limits.complaint(topic, velocity):
+            return self._refuse(Level.ERROR, complaint)
         if self._answered[topic].count(stamp_ns) > self._resent[stamp_ns]:
             self.conflict_ns = stamp_ns
         if stamp_ns < self._stamp[topic]:
             return self._refuse(Level.WARN, f"for {stamp_ns / 1e9:.3f} s: older than the previous command")
+        return None
+
+    def _take(self, topic: str, stamp_ns: int, position: float, velocity: float) -> None:
         self._stamp[topic] = min(stamp_ns, self.now_ns)
         self._taken_ns[topic] = self.now_ns
         self._answered[topic].append(stamp_ns)
@@ -95,7 +161,18 @@ class CommandInbox:
             self._block_speed = velocity
         else:
             self._pump_speed = velocity
-        return None
+
+    def _with_speed(self, topic: str, stamp_ns: int, position: float, velocity: float) -> tuple[float, float]:
+        """Position and velocity; for a position of the top drive alone, the speed from the previous one."""
+        is_alone = topic == TOP_DRIVE and math.isnan(velocity) and math.isfinite(position)
+        return position, self._speed_to(position, stamp_ns) if is_alone else velocity
+
+    def _speed_to(self, position: float, stamp_ns: int) -> float:
+        """Speed from the previous commanded position, rad/s; 0 without one, or after a pause."""
+        elapsed = (stamp_ns - self._stamp[TOP_DRIVE]) / 1e9
+        if self._top_drive is None or not 0.0 < elapsed <= MAX_DIFFERENCE_TIME:
+            return 0.0
+        return (position - self._top_drive[0]) / elapsed
 
     def _check_stamp(self, stamp_ns: int) -> Refusal | None:
         ahead = (stamp_ns - self.now_ns) / 1e9

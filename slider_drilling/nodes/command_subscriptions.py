@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 
+from slider_drilling.errors import InputError
+from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
+from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox, Refusal
 
 COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
+STANDING_SPEED = 0.01  # rad/s, below which the top drive stands
 CONFLICT_MEMORY = 2.0  # s of the rig's clock for which a second controller is remembered
 
 
@@ -22,10 +25,14 @@ class CommandSubscriptions:
         node: Makes the subscriptions and logs refused commands.
         inbox: Takes the commands.
         on_command: Called after every command that the inbox took.
+        top_drive_speed: Returns the measured speed, rad/s.
     """
 
-    def __init__(self, node: Node, inbox: CommandInbox, on_command: Callable[[], None]) -> None:
+    def __init__(
+        self, node: Node, inbox: CommandInbox, on_command: Callable[[], None], top_drive_speed: Callable[[], float]
+    ) -> None:
         self._node = node
+        self._top_drive_speed = top_drive_speed
         self._inbox = inbox
         self._on_command = on_command
         self._refusals: dict[str, str] = {}  # topic -> reason, since the last status
@@ -35,14 +42,18 @@ class CommandSubscriptions:
         self._subscriptions = {
             topic.name: raw_topics.subscription(node, topic, self._receiver(topic)) for topic in topics
         }
+        self._all_drives = raw_topics.subscription(node, raw_topics.DRIVES_COMMAND, self._drives_receiver(topics))
 
     def unpublished(self) -> list[str]:
-        """Topics that nobody publishes."""
+        """Topics that nobody publishes, neither by themselves nor in the command of all drives."""
+        if self._all_drives.get_publisher_count():
+            return []
         return [name for name, one in self._subscriptions.items() if one.get_publisher_count() == 0]
 
     def controller_ids(self) -> set[bytes]:
         """The identities of the publishers of the top drive's commands."""
-        return raw_topics.publisher_ids(self._node, self._subscriptions[TOP_DRIVE].topic_name)
+        subscriptions = (self._subscriptions[TOP_DRIVE], self._all_drives)
+        return set().union(*(raw_topics.publisher_ids(self._node, one.topic_name) for one in subscriptions))
 
     def last_refusal(self) -> str:
         """Why the last command was refused with an error; "" if none was since the last status."""
@@ -67,7 +78,8 @@ class CommandSubscriptions:
         conflict_ns = self._inbox.conflict_ns
         if conflict_ns is None or (self._inbox.now_ns - conflict_ns) / 1e9 > CONFLICT_MEMORY:
             return ""
-        shared = [name for name, one in self._subscriptions.items() if one.get_publisher_count() > 1]
+        common = self._all_drives.get_publisher_count()
+        shared = [name for name, one in self._subscriptions.items() if one.get_publisher_count() + common > 1]
         if not shared:
             return ""
         return f"several nodes publish {' and '.join(shared)}; stop all but one, or set another ROS_DOMAIN_ID"
@@ -90,14 +102,22 @@ class CommandSubscriptions:
         if faults:
             return Status(Level.ERROR, "commands", "; ".join(faults), values)
         if unanswered:
-            message = f"{unanswered} samples had no command in time; the top drive held"
+            message = f"{unanswered} samples had no command in time; the angle setpoint stood still"
             return Status(Level.WARN, "commands", message, values)
         return Status(Level.OK, "commands", "every sample is answered", values)
 
     def _timeout_message(self, topics: list[str]) -> str:
+        """Which commands are missing, and what the rig does about it."""
+        effects = []
+        if TOP_DRIVE in topics:
+            speed = self._top_drive_speed()
+            stands = abs(speed) < STANDING_SPEED
+            effects.append("the top drive stands" if stands else f"the top drive brakes, at {speed:.1f} rad/s")
+        if BLOCK in topics:
+            effects.append("the block is stopped")
         return (
-            f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): the top drive "
-            "holds, the block is stopped, the pump goes on"
+            f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): "
+            f"{', '.join(effects)}, the pump goes on"
         )
 
     def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
@@ -105,12 +125,37 @@ class CommandSubscriptions:
             refusal = self._inbox.put(topic.name, stamp_ns, position, velocity)
             if refusal is None:
                 self._on_command()
-                return
-            message = f"{topic.name}: refused: {refusal.reason}"
-            if refusal.level is Level.ERROR:
-                self._refusals[topic.name] = refusal.reason
-                self._node.get_logger().error(message, throttle_duration_sec=5.0)
             else:
-                self._node.get_logger().warning(message, throttle_duration_sec=5.0)
+                self._report_refusal(topic.name, refusal)
 
         return raw_topics.decoding(self._node, topic, receive)
+
+    def _drives_receiver(self, topics: Sequence[Topic]) -> Callable[[bytes], None]:
+        name = raw_topics.DRIVES_COMMAND.name
+        decoders = {topic.name: TopicDecoder(Topic(name, topic.type, topic.joint)) for topic in topics}
+
+        def receive(data: bytes) -> None:
+            try:
+                decoded = {topic: decoder.decode_one(data) for topic, decoder in decoders.items()}
+            except InputError as error:
+                joints = ", ".join(topic.joint for topic in topics)
+                refusal = Refusal(Level.ERROR, f"{error}; a command holds {joints}")
+                self._report_refusal(name, refusal)
+                return
+            stamp_ns = next(iter(decoded.values()))[0]
+            commands = {topic: (numbers[0], numbers[1]) for topic, (_, numbers) in decoded.items()}
+            refused = self._inbox.put_all(stamp_ns, commands)
+            if refused is None:
+                self._on_command()
+            else:
+                self._report_refusal(name, refused)
+
+        return receive
+
+    def _report_refusal(self, topic: str, refusal: Refusal) -> None:
+        message = f"{topic}: refused: {refusal.reason}"
+        if refusal.level is Level.ERROR:
+            self._refusals[topic] = refusal.reason
+            self._node.get_logger().error(message, throttle_duration_sec=5.0)
+        else:
+            self._node.get_logger().warning(message, throttle_duration_sec=5.0)

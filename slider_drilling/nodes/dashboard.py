@@ -24,7 +24,8 @@ from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.parameters import NodeParameter, declare
+from slider_drilling.nodes.guarded import guarded
+from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.rig import parse_rig
@@ -51,14 +52,15 @@ class Dashboard(Node):
         """Serve the page. Raises InputError if a parameter cannot be used or the address is taken."""
         super().__init__(self.NAME, **node_options)
         values = declare(self, self.PARAMETERS)
+        warn_of_unknown(self)
         if values["units"] not in UNITS:
             raise InputError(f"dashboard: units = {values['units']!r}: must be {' or '.join(UNITS)}")
         self.state, self.requests = LiveState(), RequestQueue()
         self._subscribe()
         self._clients_by_service: dict[tuple[str, str], Any] = {}
         self._adjustable: dict[str, list[LiveParameter]] = {}  # by node
-        steady_timer(self, REQUEST_PERIOD, self._serve_requests)
-        steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
+        steady_timer(self, REQUEST_PERIOD, guarded(self, "a request of the page", self._serve_requests))
+        steady_timer(self, PARAMETER_PERIOD, guarded(self, "parameters", self._read_parameters))
         address = Address(values["host"], values["port"], values["token_file"])
         self._server = PageServer(self.state, self.requests, address, UNITS[values["units"]])
         # Without the token: the message is on /rosout and in log files.
@@ -86,10 +88,14 @@ class Dashboard(Node):
             ("standpipe_pressure", lambda stamp_ns, pressure, _: state.set_pressure(stamp_ns / 1e9, pressure)),
         ):
             topic = TOPICS[name]
-            raw_topics.subscription(self, topic, raw_topics.decoding(self, topic, use))
-        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
+            raw_topics.subscription(self, topic, guarded(self, topic.name, raw_topics.decoding(self, topic, use)))
+        on_diagnostics = guarded(self, DIAGNOSTICS.name, self._on_diagnostics)
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, on_diagnostics, raw_topics.RELIABLE)
         self.create_subscription(
-            String, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description, raw_topics.LATCHED
+            String,
+            raw_topics.RIG_DESCRIPTION.name,
+            guarded(self, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description),
+            raw_topics.LATCHED,
         )
 
     def _on_tool_face(self, stamp_ns: int, angle: float, velocity: float, effort: float) -> None:
@@ -103,7 +109,7 @@ class Dashboard(Node):
             values = tuple((pair.key, pair.value) for pair in status.values)
             statuses.append(Status(Level(min(level, Level.ERROR)), status.name, status.message, values))
             if status.name.rpartition("/")[2] == f"{RECORDER}: log":
-                self.state.recording = status.message != "paused"
+                self.state.recording = not status.message.startswith(("paused", "not recording"))
         self.state.update_statuses(statuses)
 
     def _on_rig_description(self, message: String) -> None:
@@ -156,7 +162,10 @@ class Dashboard(Node):
             self._clients_by_service[key] = self.create_client(kind, service)
         client = self._clients_by_service[key]
         if client.service_is_ready():
-            client.call_async(request).add_done_callback(on_answer)
+            node = service.partition("/")[0]
+            forget = partial(self._adjustable.pop, node, None)  # its parameters may be others by now: read them again
+            answered = guarded(self, f"the answer of {service}", on_answer, on_fault=forget)
+            client.call_async(request).add_done_callback(answered)
         elif not quiet:
             self.state.add_notice(f"{service}: no node offers it", success=False)
 

@@ -13,7 +13,7 @@ from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox
+from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox, CommandLimits
 from slider_drilling.nodes.command_subscriptions import COMMANDS, CommandSubscriptions
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.late_joiners import LateJoiners
@@ -73,10 +73,15 @@ class FrictionSimulator(ManagedNode):
         self._virtual = self._make_rig()
         self._start_ns = self._stamp_ns = self._first_ns = round(values["start_time"] * 1e9)
         self._inbox = CommandInbox(
-            self._virtual.measurements.pump_speed, values["command_timeout"], self._is_lockstep()
+            self._virtual.measurements.pump_speed,
+            values["command_timeout"],
+            self._is_lockstep(),
+            CommandLimits.of(self._rig),
         )
         self._inbox.reset(self._stamp_ns)
-        self._commands = CommandSubscriptions(self, self._inbox, self._on_command)
+        self._commands = CommandSubscriptions(
+            self, self._inbox, self._on_command, lambda: self._virtual.measurements.top_drive_speed
+        )
         self._late_joiners = LateJoiners(self._commands.controller_ids)
         # Published before the channels: a recorder that finds the top drive expects a description.
         description = self.create_publisher(String, raw_topics.RIG_DESCRIPTION.name, raw_topics.LATCHED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import os
 import shutil
@@ -11,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, RegisterEventHandler, Shutdown
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity, logging
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, RegisterEventHandler, Shutdown, TimerAction
 from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -42,6 +43,24 @@ RANGES = {"": None, "localhost": None, "subnet": "SUBNET", "off": "OFF"}
 LaunchArguments = Mapping[str, str]
 
 
+class LaunchedNode(Node):
+    """A node's process, which can be started again.
+
+    Args:
+        restarts: Whether to start it again after a crash.
+        options: Of `launch_ros.actions.Node`.
+    """
+
+    def __init__(self, restarts: bool, **options: Any) -> None:
+        super().__init__(**options)
+        self.restarts = restarts
+        self._options = options
+
+    def copy(self) -> LaunchedNode:
+        """The same node, not started."""
+        return LaunchedNode(self.restarts, **self._options)
+
+
 def description(names: Iterable[str], entities: Any) -> LaunchDescription:
     """The description that `ros2 launch` runs.
 
@@ -52,6 +71,7 @@ def description(names: Iterable[str], entities: Any) -> LaunchDescription:
     chosen = tuple(names)
 
     def make(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        _warn_of_unknown(set(context.launch_configurations) - set(chosen), chosen)
         made: list[LaunchDescriptionEntity] = entities(
             {name: LaunchConfiguration(name).perform(context) for name in chosen}
         )
@@ -59,6 +79,14 @@ def description(names: Iterable[str], entities: Any) -> LaunchDescription:
 
     declared = [DeclareLaunchArgument(name, default_value="", description=ARGUMENTS[name]) for name in chosen]
     return LaunchDescription([*declared, OpaqueFunction(function=make)])
+
+
+def _warn_of_unknown(unknown: Iterable[str], known: Sequence[str]) -> None:
+    """Log a warning for arguments that a launch file does not have; launch itself ignores them without a word."""
+    for name in sorted(unknown):
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+        logging.get_logger("launch").warning(f"argument {name} is not known and changes nothing; {hint}")
 
 
 def number(given: LaunchArguments, name: str) -> float | None:
@@ -88,7 +116,7 @@ def process(
     defaults: Mapping[str, Any],
     overrides: Mapping[str, Any],
     namespace: str | None = None,
-) -> Node:
+) -> LaunchedNode:
     """One node as a process.
 
     Args:
@@ -103,8 +131,9 @@ def process(
     own = {name: value for name, value in defaults.items() if name not in in_file}
     own |= {name: value for name, value in overrides.items() if value not in (None, "")}
     space = given.get("namespace", "") if namespace is None else namespace
-    respawn = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
-    return Node(
+    restarts = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
+    return LaunchedNode(
+        restarts,
         package=PACKAGE,
         executable=executable,
         exec_name=executable,
@@ -112,8 +141,6 @@ def process(
         namespace=space,
         output="screen",
         parameters=[*([file] if file else []), *([own] if own else [])],
-        respawn=respawn,
-        respawn_delay=RESPAWN_DELAY,
         prefix=_signal_blocking_prefix(),
         additional_env=_environment(given),
     )
@@ -149,7 +176,7 @@ def is_true(given: LaunchArguments, name: str, otherwise: bool = False) -> bool:
     return text.lower() == "true"
 
 
-def dashboard(given: LaunchArguments, namespace: str | None = None, port: int | None = None) -> list[Node]:
+def dashboard(given: LaunchArguments, namespace: str | None = None, port: int | None = None) -> list[LaunchedNode]:
     """The live page's process, if the argument asks for it; port: used unless the parameter file gives one."""
     defaults = {} if port is None else {"port": port}
     return [process("dashboard", given, defaults, {}, namespace)] if is_true(given, "dashboard") else []
@@ -169,35 +196,67 @@ def _environment(given: LaunchArguments) -> dict[str, str]:
     return {PARENT_PID_VARIABLE: str(os.getpid())} | ({} if reach is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
 
 
-def shut_down_together(
-    ending: Sequence[Node], others: Iterable[Node], needed: Iterable[Node] = ()
+def run_together(
+    ending: Iterable[LaunchedNode], required: Iterable[LaunchedNode], optional: Iterable[LaunchedNode]
 ) -> list[LaunchDescriptionEntity]:
-    """The nodes, with handlers for their ends. The launch fails if a node fails that is not restarted.
+    """The nodes of a launch, each with its role: whether its end ends the others.
+
+    A node that crashes is started again if it may be (`respawn`), whatever its role; one that reports a mistake of the
+    user is not. The launch returns 1 if any node failed for good, also if it went on without it.
 
     Args:
-        ending: The launch ends when the last of these has ended; none: when it is interrupted.
-        others: Restarted by `respawn` if they crash, but not after a mistake of the user.
-        needed: Never restarted.
+        ending: Simulators and players, whose work has an end: the launch ends with the last of them, or if one fails.
+        required: A controller, or the rig: what is left without it makes no sense, so its end ends the launch.
+        optional: Recorder, dashboard, twin: never end the others. Their failure is logged.
     """
-    running, once = set(ending), {*ending, *needed}
+    roles = _Roles(set(ending), set(required))
+    return [entity for node in (*roles.ending, *roles.required, *optional) for entity in roles.watched(node)]
 
-    def exit_handler(node: Node) -> Any:
+
+class _Roles:
+    """Handles the ends of a launch's nodes."""
+
+    def __init__(self, ending: set[LaunchedNode], required: set[LaunchedNode]) -> None:
+        self.ending, self.required = ending, required
+        self._has_end = bool(ending)
+        self._failures: list[str] = []
+
+    def watched(self, node: LaunchedNode) -> list[LaunchDescriptionEntity]:
+        """The node, with a handler for its end."""
+
         def on_exit(event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-            code = event.returncode
-            if context.is_shutdown:
-                if code != 0:
-                    raise RuntimeError(f"{event.process_name} failed while it ended: exit code {code}")
-                return []
-            if code == USER_MISTAKE or (code != 0 and node in once):
-                # After an exception, and only then, launch ends the other nodes in order and returns 1.
-                raise RuntimeError(f"{event.process_name} failed: exit code {code}")
-            running.discard(node)
-            return [] if running or not ending else [Shutdown(reason="the simulation has ended")]
+            return self._on_exit(node, event, context)
 
-        return on_exit
+        return [RegisterEventHandler(OnProcessExit(target_action=node, on_exit=on_exit)), node]
 
-    nodes = [*once, *others]
-    return [
-        *(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=exit_handler(node))) for node in nodes),
-        *nodes,
-    ]
+    def _on_exit(self, node: LaunchedNode, event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        code = event.returncode
+        is_crash = code not in (0, USER_MISTAKE)
+        if not context.is_shutdown and is_crash and node.restarts:
+            return self._start_again(node)
+        if code != 0:
+            self._failures.append(f"{event.process_name} failed: exit code {code}")
+        if context.is_shutdown:
+            return self._shut_down() if self._failures else []
+        if node in self.required or (node in self.ending and code != 0):
+            return self._shut_down()
+        if node in self.ending:
+            self.ending.discard(node)
+            return [] if self.ending else self._shut_down()
+        if code != 0:
+            logging.get_logger("launch").error(f"{self._failures[-1]}; the other nodes go on")
+        return []
+
+    def _start_again(self, node: LaunchedNode) -> list[LaunchDescriptionEntity]:
+        again = node.copy()
+        for group in (self.ending, self.required):
+            if node in group:
+                group.remove(node)
+                group.add(again)
+        return [TimerAction(period=RESPAWN_DELAY, actions=self.watched(again))]
+
+    def _shut_down(self) -> list[LaunchDescriptionEntity]:
+        """End the launch. After an exception, and only then, it ends the other nodes in order and returns 1."""
+        if self._failures:
+            raise RuntimeError("; ".join(self._failures))
+        return [Shutdown(reason="the simulation has ended" if self._has_end else "a node that is needed has ended")]

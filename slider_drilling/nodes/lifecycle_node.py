@@ -21,8 +21,9 @@ AUTOSTART = NodeParameter("autostart", True, "configure and activate on start; f
 class ManagedNode(LifecycleNode):
     """A lifecycle node that declares its parameters, runs its transitions and reports why one failed.
 
-    A subclass sets `NAME` and `PARAMETERS` and overrides the hooks `configure`, `activate`, `deactivate`, `cleanup` and
-    `apply_changes`. Publishers, subscriptions, services and timers that `configure` makes are destroyed on cleanup.
+    A subclass sets `NAME` and `PARAMETERS` and overrides the hooks `configure`, `activate`, `deactivate`, `end`,
+    `cleanup` and `apply_changes`. Publishers, subscriptions, services and timers that `configure` makes are destroyed
+    on cleanup.
 
     Attributes:
         values: The value of each parameter, by name.
@@ -84,6 +85,9 @@ class ManagedNode(LifecycleNode):
 
     def deactivate(self) -> None:
         """Pause the work."""
+
+    def end(self) -> None:
+        """Do what must be done before the program ends, while messages can still be sent."""
 
     def cleanup(self) -> None:
         """Release what `configure` acquired, apart from ROS entities; also called after `configure` failed."""

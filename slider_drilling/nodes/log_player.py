@@ -100,7 +100,9 @@ class LogPlayer(ManagedNode):
         else:
             beside = self.values["beside"].strip("/")
             played = {name: f"{beside}/{name}" for name in self._log.types if beside}
-            raw_topics.subscription(self, TOPICS["top_drive"], self._on_sample)
+            sample = TOPICS["top_drive"]
+            on_sample = raw_topics.decoding(self, sample, lambda stamp_ns, *numbers: self._answer_sample(stamp_ns))
+            raw_topics.subscription(self, sample, on_sample)
         made = {name: self._publisher(topic, self._log.types[name]) for name, topic in played.items()}
         self._publishers_by_topic = {name: publisher for name, publisher in made.items() if publisher is not None}
         if not self._publishers_by_topic and not commands:
@@ -215,13 +217,15 @@ class LogPlayer(ManagedNode):
         if publisher is None:
             return
         must_shift = self._shift_ns and raw_topics.has_header(self._log.types[message.topic])
-        publisher.publish(cdr.shift_header_stamp(message.data, self._shift_ns) if must_shift else message.data)
+        try:
+            publisher.publish(cdr.shift_header_stamp(message.data, self._shift_ns) if must_shift else message.data)
+        except InputError as error:
+            self.get_logger().warning(f"{message.topic}: not played: {error}", throttle_duration_sec=5.0)
 
-    def _on_sample(self, data: bytes) -> None:
+    def _answer_sample(self, stamp_ns: int) -> None:
         """With commands_only: answer a sample of the rig, and publish what the log held at its time."""
         if not self.is_active or self._commands is None or self.shutdown_request.requested:
             return
-        stamp_ns = cdr.decode_joint_state(data, TOPICS["top_drive"].joint)[0]
         if self._rig_start_ns is None:
             self._rig_start_ns = stamp_ns - round(self.values["position"] * 1e9)
         elapsed = (stamp_ns - self._rig_start_ns) / 1e9

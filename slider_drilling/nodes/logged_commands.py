@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.played_log import PlayedLog
+from slider_drilling.nodes.played_log import LoggedMessage, PlayedLog
 
 COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
 WITHOUT_COMMANDS = {
@@ -49,7 +49,7 @@ class LoggedCommands:
         self._series: dict[str, CommandSeries] = {}
         for topic in COMMANDS:
             rows = sorted(
-                (_stamp(message.data, message.time_ns), *cdr.decode_joint_state(message.data, topic.joint)[1:3])
+                (_stamp(message.data, message.time_ns), *_command(message, topic, source))
                 for message in played.messages
                 if message.topic == topic.name
             )
@@ -82,6 +82,15 @@ class LoggedCommands:
             return position, velocity if topic == raw_topics.PUMP_COMMAND.name else 0.0
         position, velocity = series.values[index]
         return position + velocity * min(max(time - series.times[index], 0.0), MAX_EXTRAPOLATION), velocity
+
+
+def _command(message: LoggedMessage, topic: Topic, source: str) -> tuple[float, float]:
+    """Position and velocity of a command. Raises InputError that names log and topic."""
+    try:
+        _, position, velocity, _ = cdr.decode_joint_state(message.data, topic.joint)
+    except InputError as error:
+        raise InputError(f"{source}: {topic.name}: {error}; give a log with one joint a topic") from None
+    return position, velocity
 
 
 def _first_sample(played: PlayedLog) -> int:

@@ -23,6 +23,8 @@ from slider_drilling.messages.topics import JOINT_STATE, Topic
 
 # Not among the topics of a log: carries a controller's pump speed to the rig.
 PUMP_COMMAND = Topic("mud_pump/command", JOINT_STATE, "mud_pump")
+# The commands of all three drives in one message, which is taken or refused as a whole; instead of their three topics.
+DRIVES_COMMAND = Topic("drives/command", JOINT_STATE)
 # Remapped into the rig's namespace by `run_node.own_clock`.
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
 RIG_DESCRIPTION = Topic("rig_description", "std_msgs/msg/String")
@@ -146,6 +148,11 @@ class SensorSubscription:
         self._best_effort: Subscription | None = None
         events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
         self._reliable = subscription(node, topic, receive, events=events)
+
+    @property
+    def name(self) -> str:
+        """The topic's name, relative to the namespace."""
+        return self._topic.name
 
     def get_publisher_count(self) -> int:
         """How many publishers are connected."""

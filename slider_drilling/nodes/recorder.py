@@ -23,7 +23,8 @@ from slider_drilling.nodes.services import trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
 
-RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)
+RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, raw_topics.DRIVES_COMMAND,
+            raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)  # fmt: skip
 TOP_DRIVE = TOPICS["top_drive"]  # the topic whose messages show that a rig runs
 CONNECT_PERIOD = 0.02  # s of wall time between two looks for its publisher
 MAX_DESCRIPTION_CHECKS = 100  # looks for which the rig's description is awaited, once it has a publisher
@@ -137,7 +138,7 @@ class Recorder(ManagedNode):
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one per node."""
-        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, TOPICS["bit_depth"])
+        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, raw_topics.DRIVES_COMMAND, TOPICS["bit_depth"])
         needed = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
         return all(self.publisher_count(self.resolve_topic_name(name)) >= count for name, count in needed.items())
 
@@ -182,7 +183,7 @@ class Recorder(ManagedNode):
             self._write_early(now)
             self._write(message, now)
         except InputError as error:
-            self.shutdown_request.fail(error)
+            self._fail(error)
             return
         if message.topic == self._top_drive_topic:
             self._last_message = time.monotonic()
@@ -214,12 +215,18 @@ class Recorder(ManagedNode):
             return Status(Level.ERROR, "log", f"{self.lost} messages are missing in the log", values)
         return Status(Level.OK, "log", "recording" if self._is_recording else "paused", values)
 
+    def _fail(self, error: InputError) -> None:
+        """End with an error; the last status says that nothing is recorded any more."""
+        if self.shutdown_request.error is None:
+            self._diagnostics.publish(self._now(), [Status(Level.ERROR, "log", f"not recording: {error}")])
+        self.shutdown_request.fail(error)
+
     def _on_flush(self) -> None:
         """Write buffered messages to disk; warn about lost messages and about silence."""
         try:
             self._bag.flush()
         except InputError as error:
-            self.shutdown_request.fail(error)
+            self._fail(error)
             return
         if self.lost:
             self.get_logger().error(
@@ -263,14 +270,14 @@ class Recorder(ManagedNode):
         try:
             self._note_pause()
         except InputError as error:
-            self.shutdown_request.fail(error)
+            self._fail(error)
             raise
 
     def _split(self) -> str:
         try:
             self._bag.split()
         except InputError as error:
-            self.shutdown_request.fail(error)
+            self._fail(error)
             raise
         return str(self.path)
 

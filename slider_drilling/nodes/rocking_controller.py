@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from rclpy.parameter import Parameter
@@ -23,29 +25,36 @@ from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.own_echoes import OwnEchoes
 from slider_drilling.nodes.parameters import NodeParameter, declare
 from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
+from slider_drilling.nodes.safe_stop import safe_stop
 from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.watchdog import Watchdog
 
+# The parameters that name the drives' joints, by channel; the top drive's reading completes a sample.
+JOINT_PARAMETERS = {"mud_pump": "pump_joint", "draw_works": "block_joint", "top_drive": "top_drive_joint"}
 SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
-SILENCE_PERIOD = 1.0  # s of wall time between statuses while simulated time stands still
+SILENCE_PERIOD = 1.0  # s of wall time between statuses, and commands to stop, while the rig's time stands still
+LEAVE_TIME = 3.0  # s of wall time that a simulator may take from its last sample to its end
+REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, or of stamps of another clock
 
 
 class RockingController(ManagedNode):
     """Collects measurements from the rig's topics, steps the controller and publishes its command.
 
     Commands carry the stamp of the sample that they answer. The node reads surface channels and MWD only, never truth.
+    An end of the node, or of its activity, stops block and top drive.
     """
 
     NAME = "rocking_controller"
@@ -55,6 +64,12 @@ class RockingController(ManagedNode):
         NodeParameter("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
                       -math.pi, math.pi, live=True),
         NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
+        NodeParameter("joint_states", "", "topic whose messages hold all three drives, joints named as below; empty: a "
+                      "topic for each"),
+        NodeParameter("top_drive_joint", "top_drive", "name of the top drive's joint where a message holds several"),
+        NodeParameter("block_joint", "block", "name of the block's joint where a message holds several"),
+        NodeParameter("pump_joint", "mud_pump", "name of the mud pump's joint where a message holds several"),
+        NodeParameter("atomic_command", False, "publish one command of all drives on drives/command, instead of three"),
         AUTOSTART,
     )  # fmt: skip
 
@@ -69,12 +84,16 @@ class RockingController(ManagedNode):
         self._declare_settings()
         self._inbox = SampleInbox(values["stale_after"])
         self._diagnostics = DiagnosticsPublisher(self, rig_name(values["rig"]))
-        self._stamp_ns: int | None = None  # of the last sample
+        self._stamp_ns: int | None = None  # of the last step
+        self._sample_ns: int | None = None  # of the last sample
         self._received_ns = 0  # this node's clock at the last sample
+        self._clock_fault = ""  # what is wrong with the samples' stamps
+        self._last_report = time.monotonic()
         self._command: RigCommand | None = None
         self._watchdog = Watchdog()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
         self._reported_silence = 0.0  # s of wall time
+        self._is_silence_logged = False
         self._own_targets = OwnEchoes()
         self._target_publisher = raw_topics.publisher(self, TOPICS["tool_face_target"])
         self._subscribe()
@@ -85,6 +104,32 @@ class RockingController(ManagedNode):
         trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
         trigger_service(self, "stop_rocking", lambda: self._set_rocking(0.0))
         self.get_logger().info(f"rocking with {values['controller']}")
+
+    def activate(self) -> None:
+        """Listen from now on: what came before, and that nothing was heard, does not count."""
+        self._inbox.clear()
+        self._watchdog.restart()
+        self._received_ns = self.get_clock().now().nanoseconds
+        self._silent_from = None
+        self._last_report = time.monotonic()
+
+    def deactivate(self) -> None:
+        """Stop block and top drive."""
+        self.stop_rig()
+
+    def end(self) -> None:
+        """Stop block and top drive before the program ends."""
+        if self.is_active:
+            self.stop_rig()
+
+    def stop_rig(self) -> None:
+        """Command the rig, if it is there, to stop the block and to hold the top drive where it comes to rest."""
+        if self._command is None or self._sample_ns is None or self._channels[-1].get_publisher_count() == 0:
+            return
+        last = self._inbox.last_reading
+        angle, speed = (math.nan, math.nan) if last is None else (last.position, last.velocity)
+        self._command = safe_stop(self._command, angle, speed, self._rig.top_drive.max_acceleration)
+        self._publish_command(self._stamp_ns or self._sample_ns, self._command)
 
     def cleanup(self) -> None:
         """Undeclare the controller's settings."""
@@ -113,7 +158,9 @@ class RockingController(ManagedNode):
     def make_command_publishers(self) -> None:
         """Announce the commands, the top drive's last: a simulator that waits for it then knows the others."""
         if not self._command_publishers:
-            topics = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
+            topics = [raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"]]
+            if self.values["atomic_command"]:
+                topics = [raw_topics.DRIVES_COMMAND]
             self._command_publishers = {topic.joint: raw_topics.publisher(self, topic) for topic in topics}
 
     def _build_controller(self) -> None:
@@ -147,13 +194,28 @@ class RockingController(ManagedNode):
         # MWD first: if several messages wait, an executor may take them in this order.
         self._mwd = self._sensor("mwd_tool_face", self._on_mwd)
         raw_topics.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
-        self._channels = [
-            self._sensor("standpipe_pressure", self._on_standpipe_pressure),
-            *(self._sensor(name, self._joint_receiver(name)) for name in ("mud_pump", "draw_works", "top_drive")),
+        self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *self._drives()]
+
+    def _drives(self) -> list[raw_topics.SensorSubscription]:
+        """The drives' subscriptions, the top drive's last; or the one to the topic that holds them all."""
+        common = self.values["joint_states"]
+        joints = {name: self.values[parameter] for name, parameter in JOINT_PARAMETERS.items()}
+        if not common:
+            return [self._sensor(name, self._joint_receiver(name), joint) for name, joint in joints.items()]
+        topic = Topic(common, JOINT_STATE)
+        receivers = [
+            raw_topics.decoding(self, replace(topic, joint=joint), self._joint_receiver(name))
+            for name, joint in joints.items()
         ]
 
-    def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
-        topic = TOPICS[name]
+        def receive(data: bytes) -> None:
+            for receive_joint in receivers:
+                receive_joint(data)
+
+        return [raw_topics.SensorSubscription(self, topic, receive)]
+
+    def _sensor(self, name: str, receive: Callable[..., None], joint: str = "") -> raw_topics.SensorSubscription:
+        topic = replace(TOPICS[name], joint=joint or TOPICS[name].joint)
         return raw_topics.SensorSubscription(self, topic, raw_topics.decoding(self, topic, receive))
 
     def _joint_receiver(self, channel: str) -> Callable[..., None]:
@@ -163,7 +225,7 @@ class RockingController(ManagedNode):
         self._receive("standpipe_pressure", JointReading(stamp_ns, pressure, math.nan, math.nan))
 
     def _on_mwd(self, stamp_ns: int, tool_face: float, velocity: float, effort: float) -> None:
-        if math.isfinite(tool_face):
+        if self.is_active and math.isfinite(tool_face):
             self._inbox.put_mwd(stamp_ns, tool_face)
 
     def _on_target(self, data: bytes) -> None:
@@ -189,10 +251,15 @@ class RockingController(ManagedNode):
                 self._publish_command(reading.stamp_ns, self._command)
                 return
             self._reset_if_clock_went_back(reading.stamp_ns)
+            self._sample_ns = reading.stamp_ns
         for measurements in self._inbox.put(channel, reading):
+            now_ns, stamp_ns = self.get_clock().now().nanoseconds, round(measurements.time * 1e9)
             # The clock comes on its own topic and may lag behind the sample.
-            self._received_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
+            self._received_ns = max(now_ns, stamp_ns)
             self._watchdog.note_sample()
+            self._check_clock(stamp_ns, now_ns)
+            if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
+                continue  # it waited while the controller was stepped without readings: time never goes back
             if self._silent_from is not None:
                 self.get_logger().info(f"the rig is back at {measurements.time:.1f} s")
             self._silent_from = None
@@ -200,11 +267,23 @@ class RockingController(ManagedNode):
 
     def _reset_if_clock_went_back(self, stamp_ns: int) -> None:
         """If the rig's clock was set back, this is another run: the controller's estimates do not hold for it."""
-        if self._stamp_ns is not None and (self._stamp_ns - stamp_ns) / 1e9 > SET_BACK:
+        if self._sample_ns is not None and (self._sample_ns - stamp_ns) / 1e9 > SET_BACK:
             self.get_logger().warning(
-                f"the rig's clock went back from {self._stamp_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}"
+                f"the rig's clock went back from {self._sample_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}"
             )
             self._stamp_ns = None
+
+    def _check_clock(self, stamp_ns: int, now_ns: int) -> None:
+        """Say every few seconds if the rig's stamps come from another clock than this node's."""
+        sim_time = bool(self.get_parameter("use_sim_time").value)
+        self._clock_fault = clock_offset_message(stamp_ns, now_ns, sim_time)
+        if self._clock_fault:
+            self._report(self._clock_fault)
+
+    def _report(self, message: str) -> None:
+        if time.monotonic() - self._last_report > REPORT_PERIOD:
+            self._last_report = time.monotonic()
+            self.get_logger().warning(message)
 
     def _step(self, measurements: Measurements) -> None:
         if self.shutdown_request.error is not None:
@@ -226,6 +305,12 @@ class RockingController(ManagedNode):
     def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
         self.make_command_publishers()
         angle = float(command.top_drive_angle)
+        if self.values["atomic_command"]:
+            positions = (angle, math.nan, math.nan)
+            speeds = (float(command.top_drive_speed), float(command.block_speed), float(command.pump_speed))
+            data = cdr.encode_joint_states(stamp_ns, ("top_drive", "block", "mud_pump"), positions, speeds)
+            self._command_publishers[raw_topics.DRIVES_COMMAND.joint].publish(data)
+            return
         for joint, position, velocity in (
             ("mud_pump", None, command.pump_speed),
             ("block", None, command.block_speed),
@@ -236,41 +321,69 @@ class RockingController(ManagedNode):
 
     def _on_timer(self) -> None:
         """Connect to the rig; then watch for its silence."""
+        is_catching_up = self._watchdog.tick()
         if not self.is_active or self.shutdown_request.requested:
             return
-        if not self._command_publishers:
-            if all(channel.get_publisher_count() > 0 for channel in (*self._channels, self._mwd)):
-                self.make_command_publishers()
+        if not self._command_publishers and not self._connect():
             return
-        if self._stamp_ns is None:
-            return
+        if self._sample_ns is None:
+            self._report("waiting for the rig: all its topics have a publisher, but no sample of top_drive comes")
+        elif not is_catching_up:
+            self._watch(self._sample_ns)
+
+    def _connect(self) -> bool:
+        """Make the command publishers once the rig is there; until then say what is missing."""
+        missing = [channel.name for channel in (*self._channels, self._mwd) if channel.get_publisher_count() == 0]
+        if missing:
+            self._report(f"waiting for a rig: nobody publishes {', '.join(missing)}")
+            return False
+        self.make_command_publishers()
+        return True
+
+    def _watch(self, sample_ns: int) -> None:
+        """React to a silent rig. Whether its time goes on is known on /clock, or if its stamps are on this clock."""
         silent = self._watchdog.silent_for(self._inbox.stale_after)
-        if not self.get_parameter("use_sim_time").value:
+        if self.get_parameter("use_sim_time").value:
+            elapsed_ns = self.get_clock().now().nanoseconds - self._received_ns
+        elif is_on_clock(sample_ns, self._received_ns):
             elapsed_ns = round(silent * 1e9)
         else:
-            elapsed_ns = self.get_clock().now().nanoseconds - self._received_ns
+            elapsed_ns = 0
         if elapsed_ns > self._inbox.stale_after * 1e9:
-            self._step_without_readings(self._stamp_ns, elapsed_ns)
+            self._step_without_readings(sample_ns, elapsed_ns)
         elif silent:
-            self._report_silence(self._stamp_ns, silent)
+            self._report_silence(sample_ns, silent)
 
-    def _step_without_readings(self, stamp_ns: int, elapsed_ns: int) -> None:
+    def _step_without_readings(self, sample_ns: int, elapsed_ns: int) -> None:
         """The rig's clock goes on without readings: step the controller with a sample that holds none."""
         if self._silent_from is None:
-            self._silent_from = stamp_ns / 1e9
+            self._silent_from = sample_ns / 1e9
             self.get_logger().error(f"the rig is silent since {self._silent_from:.1f} s")
-        now_ns = round(self._silent_from * 1e9) + elapsed_ns
-        if now_ns - stamp_ns >= BLIND_STEP_NS:
+        now_ns = sample_ns + elapsed_ns
+        if now_ns - (self._stamp_ns or 0) >= BLIND_STEP_NS:
             self._step(self._inbox.empty_sample(now_ns))
 
-    def _report_silence(self, stamp_ns: int, silent: float) -> None:
-        """Simulated time stands still: publish statuses but take no step, whose time would never exist."""
+    def _report_silence(self, sample_ns: int, silent: float) -> None:
+        """The rig's time stands still, or is unknown: take no step, whose time may never exist, but stop the rig."""
         if self._silent_from is None:
-            self._silent_from, self._reported_silence = stamp_ns / 1e9, 0.0
-            self.get_logger().error(f"no sample and no time from the rig for {silent:.1f} s: paused, or gone")
+            self._silent_from, self._reported_silence, self._is_silence_logged = sample_ns / 1e9, 0.0, False
+        if not self._is_silence_logged:
+            self._log_silence(silent)
         if silent - self._reported_silence >= SILENCE_PERIOD:
             self._reported_silence = silent
-            self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
+            self._diagnostics.publish(sample_ns, self._statuses(sample_ns))
+            if not self.get_parameter("use_sim_time").value:
+                self.stop_rig()
+
+    def _log_silence(self, silent: float) -> None:
+        """An error, unless the rig's topics vanish within LEAVE_TIME: a program that ends normally takes them along."""
+        if all(channel.get_publisher_count() == 0 for channel in self._channels):
+            self.get_logger().info(f"the rig has left: nobody publishes its topics for {silent:.1f} s; waiting for it")
+        elif silent > self._inbox.stale_after + LEAVE_TIME:
+            self.get_logger().error(f"no sample and no time from the rig for {silent:.1f} s: paused, or gone")
+        else:
+            return
+        self._is_silence_logged = True
 
     def _publish_target(self, stamp_ns: int) -> None:
         data = cdr.encode_joint_state(stamp_ns, "tool_face", self._target)
@@ -281,6 +394,8 @@ class RockingController(ManagedNode):
         stale = self._inbox.stale_channels(stamp_ns)
         if self._silent_from is not None:
             measured = Status(Level.ERROR, "measurements", f"the rig is silent since {self._silent_from:.1f} s")
+        elif self._clock_fault:
+            measured = Status(Level.WARN, "measurements", self._clock_fault)
         elif stale:
             measured = Status(Level.WARN, "measurements", f"no {', '.join(stale)} for {self._inbox.stale_after:g} s")
         else:

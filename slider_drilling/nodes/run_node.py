@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import itertools
 import sys
@@ -15,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from slider_drilling.errors import InputError
+from slider_drilling.nodes.lifecycle_node import ManagedNode
 from slider_drilling.nodes.raw_topics import flush
 from slider_drilling.nodes.shutdown import ShutdownRequest, SignalInterrupt
 from slider_drilling.nodes.spin import drain, spin
@@ -73,16 +75,18 @@ def _spin_node(node_class: Any, shutdown_request: ShutdownRequest) -> None:
     except rclpy_implementation.RCLError as error:
         raise InputError(f"ROS 2 cannot make the node: {str(error).splitlines()[0]}") from None
     shutdown_request.take_signals()
-    try:
+    with contextlib.ExitStack() as ending:
+        ending.callback(node.destroy_node)
+        if isinstance(node, ClosableNode):
+            ending.callback(node.close)
         executor = spin([node], shutdown_request)
+        ending.callback(executor.shutdown)
         if isinstance(node, ClosableNode):
             drain(executor, lambda: node.messages)
+        if isinstance(node, ManagedNode):
+            node.end()
         flush(node)
         shutdown_request.raise_error()
-    finally:
-        if isinstance(node, ClosableNode):
-            node.close()
-        node.destroy_node()
 
 
 def init(arguments: list[str]) -> None:

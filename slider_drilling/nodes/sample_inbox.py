@@ -37,10 +37,14 @@ class SampleInbox:
 
     def __init__(self, stale_after: float) -> None:
         self.stale_after = stale_after
+        self.last_reading: JointReading | None = None
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget the readings that wait for others, as before the first one."""
         self._last: dict[str, JointReading] = {}
         self._first_ns: int | None = None
         self._waiting: JointReading | None = None
-        self.last_reading: JointReading | None = None
         self._mwd: list[tuple[int, float]] = []
 
     def put(self, channel: str, reading: JointReading) -> list[Measurements]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from launch import LaunchDescriptionEntity
-from launch_ros.actions import Node
 
 from slider_drilling.nodes.launch_helpers import (
     LaunchArguments,
+    LaunchedNode,
     dashboard,
     number,
     process,
-    shut_down_together,
+    run_together,
     speed,
     target,
 )
@@ -19,10 +21,23 @@ SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "
              "respawn", "discovery")  # fmt: skip
 
 
-def simulated_rig(
-    given: LaunchArguments, namespace: str | None = None, port: int | None = None
-) -> tuple[Node, list[Node]]:
-    """The simulator's process, and the other processes of one rig.
+@dataclass(frozen=True)
+class SimulatedRig:
+    """The processes of one rig, by what their ends mean.
+
+    Attributes:
+        simulator: The launch ends with it.
+        controller: The rig cannot be without it.
+        observers: Recorder and live page, whose ends stop nobody.
+    """
+
+    simulator: LaunchedNode
+    controller: LaunchedNode
+    observers: list[LaunchedNode]
+
+
+def simulated_rig(given: LaunchArguments, namespace: str | None = None, port: int | None = None) -> SimulatedRig:
+    """The processes of one rig.
 
     Args:
         given: The launch arguments.
@@ -32,7 +47,7 @@ def simulated_rig(
     Raises:
         ValueError: An argument makes no sense.
     """
-    shown = dashboard(given, namespace, port)
+    observers = dashboard(given, namespace, port)
     simulator = process(
         "friction_simulator",
         given,
@@ -41,33 +56,24 @@ def simulated_rig(
             "rig": given["rig"],
             "speed": speed(given),
             "duration": number(given, "duration"),
-            "minimum_subscribers": 2 + len(shown) if given["record"] else None,
+            "minimum_subscribers": 2 + len(observers) if given["record"] else None,
         },
         namespace,
     )
-    others = [
-        process(
-            "rocking_controller",
-            given,
-            {"use_sim_time": True},
-            {"rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]},
-            namespace,
-        )
-    ]
+    controller = process(
+        "rocking_controller",
+        given,
+        {"use_sim_time": True},
+        {"rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]},
+        namespace,
+    )
     if given["record"]:
-        others.append(
-            process(
-                "recorder",
-                given,
-                {"use_sim_time": True},
-                {"rig": given["rig"], "directory": given["record"]},
-                namespace,
-            )
-        )
-    return simulator, [*others, *shown]
+        recorded = {"rig": given["rig"], "directory": given["record"]}
+        observers.insert(0, process("recorder", given, {"use_sim_time": True}, recorded, namespace))
+    return SimulatedRig(simulator, controller, observers)
 
 
 def one_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """A rig whose processes all end with its simulator."""
-    simulator, others = simulated_rig(given)
-    return shut_down_together([simulator], others)
+    """A rig whose processes end with its simulator, and with its controller."""
+    rig = simulated_rig(given)
+    return run_together(ending=[rig.simulator], required=[rig.controller], optional=rig.observers)

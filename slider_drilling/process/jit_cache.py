@@ -6,6 +6,7 @@ is numba's own, in the folder of `jit_cache_folder`.
 
 from __future__ import annotations
 
+import functools
 import os
 import time
 import warnings
@@ -23,7 +24,7 @@ try:
         warnings.filterwarnings("error", message="Environment variable 'NUMBA_")
         import llvmlite.binding
         from numba import __version__ as numba_version
-        from numba import njit
+        from numba import njit as numba_njit
         from numba.core import config
         from numba.core.codegen import get_host_cpu_features
         from numba.core.event import Event, Listener, install_listener
@@ -37,6 +38,7 @@ except Exception as error:
 
 __all__ = ["INLINED_JIT_OPTIONS", "JIT_OPTIONS", "announce_compilation", "available_threads", "njit", "vector_bits"]
 
+_LIBRARIES = (f"numba {numba_version}", f"numpy {numpy_version}")
 JIT_OPTIONS: dict[str, Any] = {
     "cache": True,
     "error_model": "numpy",
@@ -51,6 +53,20 @@ JIT_OPTIONS: dict[str, Any] = {
 INLINED_JIT_OPTIONS: dict[str, Any] = {
     **JIT_OPTIONS, "cache": False, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
+
+
+def njit(function: Any = None, **options: Any) -> Any:
+    """Numba's `njit`, with a cache folder for each version of the function's module and of what it imports."""
+    if function is None:
+        return functools.partial(njit, **options)
+    given = config.CACHE_DIR  # type: ignore[attr-defined]
+    try:
+        if options.get("cache"):
+            module = Path(function.__code__.co_filename).absolute()
+            config.CACHE_DIR = versioned_cache_folder(given, module, _LIBRARIES)  # type: ignore[attr-defined]
+        return numba_njit(**options)(function)
+    finally:
+        config.CACHE_DIR = given  # type: ignore[attr-defined]
 
 
 def available_threads() -> int:
@@ -118,10 +134,6 @@ def _set_up() -> None:
         if "+avx512vl" in features:
             # LLVM avoids 512-bit vectors on processors that lower their clock for them; the step gains more than that.
             config.CPU_FEATURES = f"{features},-prefer-256-bit"  # type: ignore[attr-defined]
-    libraries = (f"numba {numba_version}", f"numpy {numpy_version}")
-    config.CACHE_DIR = versioned_cache_folder(  # type: ignore[attr-defined]
-        config.CACHE_DIR, Path(__file__).parents[1], libraries  # type: ignore[attr-defined]
-    )
 
 
 _set_up()

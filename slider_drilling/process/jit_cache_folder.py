@@ -7,6 +7,7 @@ would therefore be used after an import of it has changed, and could not even be
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import os
 import re
@@ -14,29 +15,30 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from slider_drilling.errors import InputError
 
 MAX_AGE = 30 * 86400.0  # s since its last use, after which the folder of another version is removed
-_ROOT_MARK = b"jit_cache import"  # in every module that compiles functions
+PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(rb"^\s*(?:from|import) ([\w.]+)(?: import (\([^)]*\)|[^#\n]*))?", re.MULTILINE)
 
 
-def versioned_cache_folder(given: str, package: Path, libraries: Iterable[str]) -> str:
+@functools.cache
+def versioned_cache_folder(given: str, module: Path, libraries: tuple[str, ...]) -> str:
     """Make the folder for the code of these sources, and remove those of versions that are no longer used.
 
     Args:
         given: NUMBA_CACHE_DIR; empty if it is not set.
-        package: Folder of the package whose code is compiled.
+        module: File of the module whose functions are compiled.
         libraries: Names and versions of the libraries that compile it.
 
     Raises:
         InputError: The given folder cannot be written, or the user's folder is somebody else's.
     """
     base = Path(cache_folder(given))
-    folder = base / f"sources-{source_hash(package, libraries)}"
+    folder = base / f"sources-{source_hash(module, libraries)}"
     folder.mkdir(mode=0o700, exist_ok=True)
     os.utime(folder)
     for other in base.glob("sources-*"):
@@ -46,20 +48,20 @@ def versioned_cache_folder(given: str, package: Path, libraries: Iterable[str]) 
     return str(folder)
 
 
-def source_hash(package: Path, libraries: Iterable[str]) -> str:
-    """A hash of the modules that compile functions, of all that these import from the package, and of the libraries."""
+def source_hash(module: Path, libraries: tuple[str, ...], package: Path = PACKAGE) -> str:
+    """A hash of a module, of all that it imports from the package, directly or not, and of the libraries."""
     digest = hashlib.sha256("\n".join(libraries).encode())
-    for path, text in sorted(_compiled_sources(package).items()):
-        digest.update(f"{path.relative_to(package)}\0{len(text)}\0".encode() + text)
+    for path, text in sorted(_sources(module, package).items()):
+        digest.update(f"{path.name}\0{len(text)}\0".encode() + text)
     return digest.hexdigest()[:16]
 
 
-def _compiled_sources(package: Path) -> dict[Path, bytes]:
+def _sources(module: Path, package: Path) -> dict[Path, bytes]:
     found: dict[Path, bytes] = {}
-    pending = [path for path in package.rglob("*.py") if _ROOT_MARK in path.read_bytes()]
+    pending = [module]
     while pending:
         path = pending.pop()
-        if path not in found:
+        if path not in found and path.is_file():
             found[path] = path.read_bytes()
             pending += _imported_files(found[path], package)
     return found

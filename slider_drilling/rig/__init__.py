@@ -5,6 +5,7 @@ from slider_drilling.rig.parts import (
     Asperity,
     Bit,
     Contact,
+    DrawWorks,
     FrictionInterval,
     Hydraulics,
     Motor,
@@ -31,7 +32,7 @@ from slider_drilling.rig.rig_file import (
 )
 
 __all__ = [
-    "SCHEMA", "Asperity", "Assumption", "Bit", "Contact", "FrictionInterval", "Hydraulics", "Motor", "Mud", "MudPump",
-    "Mwd", "Rig", "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration", "check_rig",
-    "dump_rig", "load_rig", "parse_rig", "rig_from_tree", "rig_tree",
+    "SCHEMA", "Asperity", "Assumption", "Bit", "Contact", "DrawWorks", "FrictionInterval", "Hydraulics", "Motor", "Mud",
+    "MudPump", "Mwd", "Rig", "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration",
+    "check_rig", "dump_rig", "load_rig", "parse_rig", "rig_from_tree", "rig_tree",
 ]  # fmt: skip

@@ -249,11 +249,22 @@ class Motor:
         return (self.pressure_at_stall / self.max_pressure) ** 2
 
 
+MAX_BLOCK_SPEED = 2.0  # m/s, of a block whose rig file gives no limit: as fast as blocks travel when tripping
+
+
+@dataclass(frozen=True)
+class DrawWorks:
+    """Limit of the drawworks: commands for a faster block are refused; without it, at MAX_BLOCK_SPEED."""
+
+    max_speed: float | None = quantity("m/s", None, at_least=0.01, at_most=20.0, why="of the block, either way")
+
+
 @dataclass(frozen=True)
 class MudPump:
-    """The mud pump: flow per speed of its crank."""
+    """The mud pump: flow per speed of its crank, and the crank's limit, by default twice the reference flow's speed."""
 
     displacement: float = quantity("m3/rad", at_least=1e-6, at_most=0.1, why="m3 per rad of the crank, all cylinders")
+    max_speed: float | None = quantity("rad/s", None, at_least=0.1, at_most=1e5, why="of the crank: 120 spm is 12.6")
 
 
 @dataclass(frozen=True)

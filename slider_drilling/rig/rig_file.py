@@ -17,8 +17,10 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.rig import relations
 from slider_drilling.rig.assumptions import Assumption, put_assumptions, take_assumptions
 from slider_drilling.rig.parts import (
+    MAX_BLOCK_SPEED,
     Bit,
     Contact,
+    DrawWorks,
     Hydraulics,
     Motor,
     Mud,
@@ -55,6 +57,7 @@ class Rig:
     top_drive: TopDrive
     sensors: Sensors
     schema: str = SCHEMA
+    draw_works: DrawWorks = DrawWorks()
     effects: Effects = Effects()
     assumed: tuple[Assumption, ...] = not_in_file(())
 
@@ -65,6 +68,17 @@ class Rig:
         Other flows need this times (flow / reference flow)^1.8.
         """
         return self.hydraulics.reference_pressure * (self.mud.density / self.hydraulics.reference_density)
+
+    @property
+    def max_block_speed(self) -> float:
+        """Fastest block, m/s, either way."""
+        return MAX_BLOCK_SPEED if self.draw_works.max_speed is None else self.draw_works.max_speed
+
+    @property
+    def max_pump_speed(self) -> float:
+        """Fastest crank of the mud pump, rad/s."""
+        limit = self.mud_pump.max_speed
+        return 2.0 * self.hydraulics.reference_flow / self.mud_pump.displacement if limit is None else limit
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **blocks: Any) -> Rig:
         """This rig with some values changed, checked as a rig file is.
@@ -142,6 +156,8 @@ def dump_rig(rig: Rig) -> str:
     effects = {name: block for name, block in tree.pop("effects").items() if block != to_tree(getattr(off, name))}
     if effects:
         tree["effects"] = effects
+    if not tree["draw_works"]:
+        del tree["draw_works"]
     if not rig.well.name:
         del tree["well"]["name"]
     if rig.string.weight_factor == 1.0 and not isinstance(tree["string"]["weight_factor"], dict):

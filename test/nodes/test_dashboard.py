@@ -125,6 +125,47 @@ def test_page_pauses_and_resumes_recording(graph: list[Node], tmp_path: Path) ->
     recorder.discard()
 
 
+@pytest.mark.parametrize("answer", ["raises", "lacks values", "is empty"])
+def test_unusable_answers_leave_the_page_alive(answer: str, graph: list[Node], capfd: pytest.CaptureFixture) -> None:
+    """What a node answers whose settings vanish: in the experimental executor an exception there is a crash."""
+    board = graph[0]
+
+    class Client:
+        def service_is_ready(self) -> bool:
+            return True
+
+        def call_async(self, request: object) -> rclpy.task.Future:
+            future = rclpy.task.Future()
+            if answer == "raises":
+                future.set_exception(RuntimeError("the service is gone"))
+            else:
+                future.set_result(None if answer == "is empty" else type("A", (), {"values": [], "results": []})())
+            return future
+
+    board.create_client = lambda kind, service: Client()
+    board._clients_by_service.clear()
+    board._set_parameter("rocking_controller", "gain", 1.0, "gain = 1")
+    board._trigger("rocking_controller/stop_rocking")
+    board._read_parameters()
+    said = capfd.readouterr().err
+    assert "the answer of rocking_controller/set_parameters: cannot be used" in said
+
+
+def test_page_survives_deactivation_and_cleanup(graph: list[Node]) -> None:
+    board, _, controller = graph
+    state = board.state
+    turn(graph, lambda: any(one.name == "gain" for one in state.parameters()))
+    controller.trigger_deactivate()
+    controller.trigger_cleanup()
+    board.requests.put(SetParameter("rocking_controller", "gain", 1.5))
+    begun = time.monotonic()
+    turn(graph, lambda: time.monotonic() > begun + 5.0)
+    controller.trigger_configure()
+    controller.trigger_activate()
+    board.requests.put(SetParameter("rocking_controller", "gain", 1.25))
+    turn(graph, lambda: controller.get_parameter("gain").value == 1.25)
+
+
 def test_missing_service_gives_a_notice(graph: list[Node]) -> None:
     board = graph[0]
     board.requests.put(SetRecording(True))

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from node_process import NodeProcess
 
 from slider_drilling.log import read_log
 
@@ -170,6 +171,80 @@ def test_launch_fails_with_node_and_restarts_no_mistake(run_launch, small):
     assert launched.end() == 1, launched.output
     assert launched.output.count("cannot be imported") == 1
     assert "rocking_controller-2 failed: exit code 2" in launched.output
+
+
+LIMIT_FILES = """#!/bin/sh
+# Files of the recorder, and of nobody else, end at a size: a full disk.
+case "$*" in *__node:=recorder*) trap "" XFSZ; ulimit -f 200;; esac
+exec "$@"
+"""
+
+
+@needs_ros2
+def test_full_log_disk_leaves_the_controller_running(run_launch, small, listener, tmp_path, monkeypatch):
+    """On the launch file of a real rig; the rig is a simulator beside it."""
+    wrapper = tmp_path / "env"
+    wrapper.write_text(LIMIT_FILES.replace("exec", f"exec {shutil.which('env')}"))
+    wrapper.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    launched = run_launch("real_rig", f"record:={tmp_path / 'out'}", small)
+    rig = NodeProcess("friction_simulator", listener.node.get_namespace(), tmp_path, elements=20, speed=5.0,
+                      wait_for_controller=True, start_time=time.time())  # fmt: skip
+    try:
+        listener.until_status("recorder: log", 2, "not recording")
+        launched.wait_for("failed: exit code 2; the other nodes go on")
+        listener.until_time(listener.time + 5.0)
+        assert listener.heard["top_drive_command"][-1][0] > listener.time - 1.0
+        (pid,) = launched.pids("rocking_controller")
+        assert is_there(pid)
+        os.kill(pid, signal.SIGINT)
+        assert launched.end() == 1, "the launch tells that its recorder failed"
+        assert "recorder-2 failed: exit code 2" in launched.output
+    finally:
+        rig.kill()
+
+
+def test_only_rig_and_controller_end_a_launch(repository, tmp_path, monkeypatch):
+    """Every launch file gives every node its role."""
+    import slider_drilling as sd
+    from slider_drilling.nodes import launch_helpers
+
+    commands = sd.rocking(sd.load_rig(), 4.0, amplitude=3.0, period=4.0)
+    log = sd.simulate(sd.load_rig(), commands, elements=20).save(tmp_path / "a.mcap")
+    roles: dict[str, set[str]] = {"required": set(), "optional": set(), "ending": set()}
+    original = launch_helpers.run_together
+
+    def note(**given):
+        for role, nodes in given.items():
+            roles[role] |= {node.node_executable for node in nodes}
+        return original(**given)
+
+    monkeypatch.setattr(launch_helpers, "run_together", note)
+    monkeypatch.setattr("slider_drilling.nodes.simulated_rig.run_together", note)
+    for name in ("rocking", "two_rigs", "real_rig", "replay"):
+        more = {"log": str(log)} if name == "replay" else {}
+        described(repository, name, record="out", dashboard="true", **more)
+    assert roles["optional"] == {"recorder", "dashboard"}
+    assert roles["required"] == {"rocking_controller", "friction_simulator"}
+    assert roles["ending"] == {"friction_simulator", "log_player"}
+
+
+def test_unknown_launch_argument_is_reported(repository, caplog):
+    context = launch.LaunchContext()
+    context.launch_configurations["tool_face_traget"] = "1"
+    context.launch_configurations["target_degg"] = "1"
+    spec = importlib.util.spec_from_file_location("under_test", repository / "launch" / "real_rig.launch.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    description = module.generate_launch_description()
+    for one in description.entities:
+        if isinstance(one, launch.actions.DeclareLaunchArgument):
+            context.launch_configurations[one.name] = ""
+    (made,) = [one for one in description.entities if isinstance(one, launch.actions.OpaqueFunction)]
+    made.execute(context)
+    said = caplog.text
+    assert "argument target_degg is not known and changes nothing; did you mean target_deg?" in said
+    assert "argument tool_face_traget is not known" in said
 
 
 @needs_ros2

@@ -230,6 +230,36 @@ def test_missing_block_and_pump_commands_are_reported(make, tmp_path, capfd):
     assert "the block stands still" in capfd.readouterr().err
 
 
+def two_joints(path: Path, topic: str) -> Path:
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", b"")
+        channel = writer.register_channel(topic, "cdr", schema)
+        data = cdr.encode_joint_states(5_000_000_000, ("left", "right"), (1.0, 2.0), (0.0, 0.0))
+        writer.add_message(channel, 5_000_000_000, data, 5_000_000_000)
+        writer.finish()
+    return path
+
+
+def test_two_joints_in_a_command_are_refused_in_one_line(make, tmp_path):
+    path = two_joints(tmp_path / "two.mcap", "/top_drive/command")
+    with pytest.raises(InputError, match=r"two\.mcap: top_drive/command: joints left, right, none named top_drive"):
+        make(LogPlayer, log=str(path), commands_only=True)
+
+
+def test_two_joints_in_a_sample_are_one_warning(make, recording, capfd):
+    player = make(LogPlayer, log=str(recording), commands_only=True)
+    sender = raw_topics.publisher(player, TOPICS["top_drive"])
+    sender.publish(cdr.encode_joint_states(0, ("left", "right"), (1.0, 2.0), (0.0, 0.0)))
+    sender.publish(cdr.encode_joint_state(0, "top_drive", 0.0, 0.0, 0.0))
+    turn([player], lambda: player._rig_start_ns is not None)
+    said = [line for line in capfd.readouterr().err.splitlines() if "joints left, right" in line]
+    assert len(said) == 1 and "top_drive/joint_states: " in said[0]
+
+
 def test_log_without_commands_is_refused(make, log):
     with pytest.raises(InputError, match="no commands to drive a rig with"):
         make(LogPlayer, log=str(log), commands_only=True)
