@@ -138,7 +138,7 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11,
                           _PRESSURES),
         ),
-        "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True, is_measured=True,
+        "gauge pressure Pa with its variance Pa2; 0 is unknown", is_surface=True, is_measured=True,
     ),
     "mud_pump": Topic(
         "mud_pump/joint_states", JOINT_STATE, "mud_pump",

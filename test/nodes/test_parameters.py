@@ -12,8 +12,10 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.control.settings import limits_of
+from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter
+from slider_drilling.nodes.dashboard import Dashboard
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.recorder import Recorder
@@ -97,6 +99,22 @@ def test_every_parameter_is_described_and_in_example(kind, make, log, tmp_path, 
         if isinstance(value, float):
             (limits,) = described.floating_point_range
             assert limits.from_value <= listed[name] <= limits.to_value, name
+
+
+@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer, Dashboard])
+def test_example_has_every_default(kind, repository):
+    example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
+    listed = example[f"/**/{kind.NAME}"]["ros__parameters"]
+    defaults = {parameter.name: parameter.default for parameter in kind.PARAMETERS}
+    settings = set(limits_of(SlideSettings())) if kind is RockingController else set()
+    assert {name: value for name, value in listed.items() if name not in settings} == defaults
+
+
+@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer])
+def test_misspelt_parameter_is_warned_of_with_nearest_name(kind, make, log, tmp_path, capfd):
+    (name, *_) = (parameter.name for parameter in kind.PARAMETERS)
+    make(kind, **given(kind, log, tmp_path), **{f"{name}x": 1.0})
+    assert f"parameter {name}x is not known and changes nothing; did you mean {name}?" in capfd.readouterr().err
 
 
 def test_example_has_default_settings_of_controller(make, repository):
