@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slider_drilling.control import Level, SlideController, SlideSettings
+from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, load_controller
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.interface import Measurements, MwdSample
+from slider_drilling.control.tool_face_target import target_in_rad, target_refusal
 from slider_drilling.errors import InputError
 from slider_drilling.rig import load_rig
 
@@ -26,18 +28,26 @@ def sample(time, mwd=(), **changed):
     return Measurements(time=time, mwd=tuple(mwd), **{**NORMAL, **changed})
 
 
-def follow(controller, seconds, start=0.0, mwd_every=12.0, tool_face=0.0, **changed):
+def noisy(k, readings, stuck):
+    """Readings that differ from one sample to the next, as those of a real sensor do."""
+    sensors = {"surface_torque", "hook_load", "standpipe_pressure"} - {stuck}
+    read = {**NORMAL, **readings}
+    return {name: value + (-1.0) ** k if name in sensors else value for name, value in read.items()}
+
+
+def follow(controller, seconds, start=0.0, mwd_every=12.0, tool_face=0.0, stuck="", **changed):
     """Commands of a controller whose top drive follows immediately, on a string with its bit held."""
-    commands, angle = [], vars(controller).get("followed", 0.0)
+    commands = []
+    angle, block = vars(controller).get("followed", (0.0, 0.0))
     for k in range(1, round(seconds / PERIOD) + 1):
         time = start + k * PERIOD
         due = mwd_every and k % round(mwd_every / PERIOD) == 0
         mwd = (MwdSample(time - 6.0, time, tool_face),) if due else ()
-        string = {"surface_torque": TORSION * (angle - tool_face), "top_drive_angle": angle}
-        command = controller.step(sample(time, mwd, **{**string, **changed}))
-        angle = command.top_drive_angle
+        string = {"surface_torque": TORSION * (angle - tool_face), "top_drive_angle": angle, "block_position": block}
+        command = controller.step(sample(time, mwd, **noisy(k, {**string, **changed}, stuck)))
+        angle, block = command.top_drive_angle, block + PERIOD * command.block_speed
         commands.append(command)
-    controller.followed = angle
+    controller.followed = angle, block
     return commands
 
 
@@ -113,6 +123,54 @@ def test_lost_channel_stops_lowering_then_rocking(channel):
     assert level(controller, channel) is Level.OK
 
 
+@pytest.mark.parametrize("channel", ["surface_torque", "hook_load", "standpipe_pressure"])
+def test_stuck_sensor_counts_as_lost(channel):
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    stuck = follow(controller, 30.0, 60.0, stuck=channel, **{channel: NORMAL[channel]})
+    assert stuck[-1].block_speed == 0.0 and stuck[-1].top_drive_speed == 0.0
+    message = next(status.message for status in controller.status() if status.name == channel)
+    assert level(controller, channel) is Level.ERROR and "the same reading" in message
+    assert follow(controller, 20.0, 90.0)[-1].block_speed > 0.0
+
+
+def test_pump_at_another_speed_stops_lowering():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    assert follow(controller, 15.0, 60.0, pump_speed=11.0, standpipe_pressure=1.8e7)[-1].block_speed == 0.0
+    assert level(controller, "circulation") is Level.ERROR
+    controller.configure(dataclasses.replace(controller.settings, pump_speed=11.0))
+    follow(controller, 5.0, 75.0, pump_speed=11.0)
+    assert level(controller, "circulation") is Level.OK
+
+
+def test_pressure_far_below_rig_file_stops_lowering():
+    controller = SlideController(RIG)
+    assert follow(controller, 90.0, standpipe_pressure=0.8 * 1.8e7)[-1].block_speed == 0.0
+    assert level(controller, "off_bottom_pressure") is Level.ERROR
+    controller.configure(dataclasses.replace(controller.settings, off_bottom_pressure=0.8 * 1.8e7))
+    assert follow(controller, 60.0, 90.0, standpipe_pressure=0.8 * 1.8e7)[-1].block_speed > 0.0
+
+
+@pytest.mark.parametrize("build", [SlideController, lambda rig: load_controller(DEFAULT_CONTROLLER, rig)])
+def test_slow_sensors_are_refused(build):
+    slow = dataclasses.replace(RIG, sensors=dataclasses.replace(RIG.sensors, rate=1.0))
+    with pytest.raises(InputError, match=r"sensors\.rate = 1 Hz: must be at least 5"):
+        build(slow)
+
+
+@pytest.mark.parametrize("degrees", [900.0, -181.0, math.nan, math.inf])
+def test_target_beyond_half_a_turn_is_refused(degrees):
+    assert target_refusal(degrees)
+    with pytest.raises(InputError, match="--target"):
+        target_in_rad(degrees, "--target")
+    assert target_refusal(-180.0) is None and target_in_rad(90.0, "--target") == pytest.approx(0.5 * math.pi)
+
+
+def test_refused_target_names_the_same_direction():
+    assert target_refusal(290.0) == "290 deg: must be within -180 to 180; the same direction is -70"
+
+
 def test_stopped_clock_stops_drive():
     controller = SlideController(RIG)
     follow(controller, 60.0)
@@ -185,8 +243,10 @@ def test_tight_torque_limit_reduces_pressure():
     lowered = []
     for limit in (25e3, 1500.0):
         controller = SlideController(RIG, dataclasses.replace(SlideSettings(), make_up_torque_limit=limit))
-        follow(controller, 240.0)
-        lowered.append(sum(command.block_speed for command in follow(controller, 60.0, 240.0)))
+        pressure = 1.8e7 + 1.2e6   # which the torque of the held string agrees with
+        follow(controller, 240.0, standpipe_pressure=pressure)
+        commands = follow(controller, 60.0, 240.0, standpipe_pressure=pressure)
+        lowered.append(sum(command.block_speed for command in commands))
         status = next(status for status in controller.status() if status.name == "reach")
         assert (float(dict(status.values)["share_of_target_pressure"]) < 1.0) == (limit == 1500.0)
     assert lowered[1] < lowered[0]
@@ -195,11 +255,10 @@ def test_tight_torque_limit_reduces_pressure():
 def test_return_to_bottom_is_fast_then_slow():
     controller = SlideController(RIG)
     follow(controller, 90.0, standpipe_pressure=1.8e7 + 1.8e6)
-    drilled = 90.0 * controller.settings.rate_of_penetration
-    follow(controller, 4.0, 90.0, standpipe_pressure=1.8e7 + RIG.motor.max_pressure, block_position=drilled)
-    lifted = follow(controller, 8.0, 94.0, block_position=drilled - 2.0)
+    follow(controller, 12.0, 90.0, standpipe_pressure=1.8e7 + RIG.motor.max_pressure)
+    lifted = follow(controller, 6.0, 102.0)
     assert lifted[-1].block_speed == pytest.approx(controller.settings.max_block_speed)
-    near = follow(controller, 5.0, 102.0, block_position=drilled)
+    near = follow(controller, 75.0, 108.0)
     assert 0.0 < near[-1].block_speed < 0.01
     assert abs(near[-1].top_drive_angle) < 20.0
 

@@ -25,6 +25,7 @@ Examples:
   slider-drilling closed-loop --all --elements 60 -o out
   slider-drilling closed-loop --campaign 200 --controller mine:Steering --against fixed_rocking -o out
   slider-drilling closed-loop --slide 17 -o out
+  slider-drilling closed-loop --faults --elements 40 -o out
 """
 
 
@@ -35,6 +36,9 @@ Examples:
 @click.option("--only", multiple=True, help="Scenario by name, or by the beginning of its name; repeatable.")
 @click.option("--all", "every", is_flag=True,
               help="Add each effect of the catalogue at two sizes on three wells, and pairs of effects.")
+@click.option("--faults", is_flag=True,
+              help="Run lying sensors, washout, plugged nozzle and lost strokes instead, 40 minutes each: do weight, "
+              "torque and pressure stay within their limits?")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a setting of the controller under test (gain=1.5); repeatable.")
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and exit.")
@@ -53,9 +57,9 @@ Examples:
 @scheduler_option
 @units_option
 def command(
-    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, sets: tuple[str, ...],
-    listing: bool, elements: int, seed: int, jobs: int, slides: int | None, against: tuple[str, ...], slide: int | None,
-    rig_path: Path | None, scheduler: str, units: Units,
+    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
+    sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
+    against: tuple[str, ...], slide: int | None, rig_path: Path | None, scheduler: str, units: Units,
 ) -> int:
     """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
 
@@ -71,8 +75,10 @@ def command(
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     if listing:
-        print_listing((scenario.name, scenario.about) for scenario in _known(every))
+        print_listing((scenario.name, scenario.about) for scenario in _known(every, faults))
         return 0
+    if faults and (every or slides is not None or slide is not None):
+        raise InputError("--faults: cannot be used with --all, --campaign or --slide; give it alone or with --only")
     name = name or DEFAULT_CONTROLLER
     options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
     if slides is not None:
@@ -83,7 +89,12 @@ def command(
         controllers = list(dict.fromkeys((name, *against)))
         workers = WorkerSettings(jobs, scheduler)
         return run_campaign(controllers, slides, options, workers, output, rig_path is not None, as_json_text, units)
-    scenarios = _chosen(only, every)
+    scenarios = _chosen(only, every, faults)
+    if faults:
+        from slider_drilling.commands.closed_loop_faults import run_faults
+
+        run_faults(scenarios, name, sets, seed, elements, jobs, output, as_json_text)
+        return 0
     if slide is not None:
         random_scenario, seed = drawn_scenario(slide, options)
         scenarios = [random_scenario]
@@ -124,16 +135,20 @@ def _run_and_write(
     write_and_print(tree if as_json_text else None, lambda: print_results(rows, units), write)
 
 
-def _known(every: bool) -> tuple[Scenario, ...]:
+def _known(every: bool, faults: bool) -> tuple[Scenario, ...]:
     from slider_drilling.slide_scenarios import SCENARIOS, every_effect
 
+    if faults:
+        from slider_drilling.slide_scenarios.fault_scenarios import FAULTS
+
+        return FAULTS
     return (*SCENARIOS, *every_effect()) if every else SCENARIOS
 
 
-def _chosen(only: tuple[str, ...], every: bool) -> list[Scenario]:
+def _chosen(only: tuple[str, ...], every: bool, faults: bool) -> list[Scenario]:
     from slider_drilling.errors import InputError
 
-    known = _known(every)
+    known = _known(every, faults)
     for start in only:
         if not any(scenario.name.startswith(start) for scenario in known):
             raise InputError(f"--only = {start!r}: no scenario starts with this; see --list, or --all --list")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import tempfile
 from dataclasses import asdict
@@ -90,6 +89,7 @@ def command(
     _take_free_domain()
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.commands.overrides import apply_changes
+    from slider_drilling.control.tool_face_target import target_in_rad
     from slider_drilling.live.server import Address
     from slider_drilling.nodes.session import SessionOptions
     from slider_drilling.rig import check_duration
@@ -102,7 +102,7 @@ def command(
             rig=changed.rig, plant=changed.plant, duration=duration,
             speed=(1.0 if live else 0.0) if speed is None else speed,
             record=Path(scratch) if record is None else record,
-            target=None if target is None else math.remainder(math.radians(target), 2.0 * math.pi),
+            target=None if target is None else target_in_rad(target, "--target"),
             controller=controller, seed=seed, elements=elements, settings=changed.settings, notes=changed.notes,
             live=Address(live_host, live_port, live_token_file).checked() if live else None, units=units.name,
         )
@@ -132,8 +132,10 @@ def _take_free_domain() -> None:
 
 
 def _check(target: float | None, seed: int, elements: int) -> None:
-    if target is not None and not math.isfinite(target):
-        raise InputError(f"--target = {target}: must be a finite number of degrees")
+    if target is not None:
+        from slider_drilling.control.tool_face_target import target_in_rad
+
+        target_in_rad(target, "--target")
     if not 0 <= seed < 2**31:
         raise InputError(f"--seed = {seed}: must be within 0 to {2**31 - 1}")
     if not 10 <= elements <= 5000:

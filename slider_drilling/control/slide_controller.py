@@ -10,6 +10,7 @@ Each step estimates the state of the slide, checks the interlocks, moves the top
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING
 
@@ -17,10 +18,12 @@ from slider_drilling.control import slide_status
 from slider_drilling.control.block.block_control import BlockControl
 from slider_drilling.control.block.heave_compensation import HeaveCompensator
 from slider_drilling.control.estimation.calibrated_rig import calibrated_rig, with_worn_motor
+from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.slide_state import SlideState
 from slider_drilling.control.interface import Measurements, RigCommand, Status
 from slider_drilling.control.interlocks.motor_stall import StallGuard, StallState
 from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, Interlocks, Permission
+from slider_drilling.control.load_supervision import LoadSupervision
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.control.top_drive.amplitude_control import AmplitudeControl
@@ -32,11 +35,13 @@ from slider_drilling.control.top_drive.rocking_reference import (
     stroke_of,
 )
 from slider_drilling.control.top_drive.torque_limited_reversal import TorqueLimitedReversal
+from slider_drilling.errors import InputError
 from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
+MIN_RATE = 5.0               # Hz; below it strokes are no longer followed (3 Hz doubles the error, 2 Hz drills nothing)
 _LOST_TURN = math.radians(200.0)   # rad of error: another turn of the target is nearer now
 # The more pipe drags, the less of the driving twist turns the bit: mobility falls from this share of drag on, to its
 # minimum over this range.
@@ -60,10 +65,13 @@ class SlideController:
         tool_face_target: rad; may be set between any two steps.
 
     Raises:
-        InputError: A setting is out of its range.
+        InputError: A setting is out of its range, or the rig's sensors are too slow.
     """
 
     def __init__(self, rig: Rig, settings: SlideSettings | None = None, tool_face_target: float = 0.0):
+        if rig.sensors.rate < MIN_RATE:
+            raise InputError(f"SlideController: sensors.rate = {rig.sensors.rate:g} Hz: must be at least {MIN_RATE:g}, "
+                             "or strokes and torque limits are not followed; sample the surface channels faster")
         self.tool_face_target = tool_face_target
         self._rig_file = rig
         self._rig = rig = with_worn_motor(rig)
@@ -80,7 +88,9 @@ class SlideController:
         self._interlocks = Interlocks(settings.make_up_torque_limit, settings.back_off_torque_limit, stall,
                                       _MIN_FLOW_SHARE * self._reference_pump_speed)
         self._reversal = TorqueLimitedReversal(settings.right_reversal_torque, settings.left_reversal_torque)
+        self._load = LoadSupervision(rig, settings, self._block, self._state.pressure)
         self._permission = Permission(False, False, True)
+        self._block_command = 0.0   # m/s, without heave compensation
         self._reference: RockingReference | None = None   # made at the first step
         self._target = tool_face_target            # rad, on the turn nearest to the toolface
         self._requested_target = tool_face_target  # rad, that `_target` was made from
@@ -101,6 +111,7 @@ class SlideController:
         self._block.configure(self._rig, settings)
         self._amplitude.configure(settings, self._block.target_weight_on_bit)
         self._centre.settings = settings
+        self._load.configure(settings, self._block)
         self._state.configure(self._rig, settings)
         self._heave.max_speed = settings.compensation_speed
         stall = self._interlocks.stall
@@ -117,13 +128,18 @@ class SlideController:
         state = self._state
         state.read(measurements, self._amplitude.testing)
         reference = self._started_reference()
-        self._estimate_tool_face(measurements, reference)
+        cycle = self._estimate_tool_face(measurements, reference)
         tracking_error = state.monitor.value["top_drive_angle"] - reference.angle
+        pump_speed = self._settings.pump_speed or self._reference_pump_speed
+        if not state.monitor.clock_age:
+            self._interlocks.drives.update_pump(state.monitor.value["pump_speed"], pump_speed, state.monitor.step)
         self._permission = self._interlocks.update(
             state.monitor, state.elapsed, state.pressure.quick, state.mwd_age, tracking_error)
         self._adapt_to_drag()
+        if not self._amplitude.testing:
+            lead = self._centre.lead(self.error, state.tool_face, self._amplitude) if state.tool_face.known else 0.0
+            self._load.update(state, self._block, cycle, self.error, lead, self._block.drag.full_drag)
         self._rock(reference)
-        pump_speed = self._settings.pump_speed or self._reference_pump_speed
         return RigCommand(reference.angle, reference.speed, self._block_speed(), pump_speed)
 
     def _started_reference(self) -> RockingReference:
@@ -135,16 +151,20 @@ class SlideController:
                 self._amplitude.max_speed, self._amplitude.max_acceleration, self._centre.centre)
         return self._reference
 
-    def _estimate_tool_face(self, measurements: Measurements, reference: RockingReference) -> None:
+    def _estimate_tool_face(self, measurements: Measurements, reference: RockingReference) -> CycleAverage | None:
+        """Advance the toolface; returns the average of the rocking cycle that has just ended, or None."""
         state, estimator = self._state, self._state.tool_face
         estimator.sliding_fast = self._block.return_to_bottom.fast
         estimator.bit_loaded = self._permission.lower and self._block.loaded(state.pressure.smooth)
         cycle = state.advance(reference.strokes)
         if cycle is not None:
             torque_share = self._amplitude.torque_share(state.pressure.reactive_torque)
-            estimator.update_with_cycle(state.monitor.time, cycle, torque_share, self.tool_face_target)
+            believed = cycle if state.pressure.assumed is None else dataclasses.replace(
+                cycle, reactive_torque=state.pressure.reactive_torque)
+            estimator.update_with_cycle(state.monitor.time, believed, torque_share, self.tool_face_target)
         state.take_mwd(measurements.mwd, self.tool_face_target)
         self._choose_turn()
+        return cycle
 
     def _choose_turn(self) -> None:
         """Take the turn of the target nearest to the toolface.
@@ -244,7 +264,10 @@ class SlideController:
         may_move = self._permission.lower and not self._amplitude.testing and not block.lock_up.stops
         wave = self._heave.update(monitor.fresh("hook_load"), self._amplitude.period, may_move, monitor.step)
         position = monitor.fresh("block_position") - self._heave.moved
-        return block.correct_slip(self._lowering_speed(), position, monitor.step) + wave
+        speed = block.correct_slip(self._lowering_speed(), position, monitor.step)
+        self._interlocks.drives.update_block(position, self._block_command, monitor.step)
+        self._block_command = speed
+        return speed + wave
 
     def _lowering_speed(self) -> float:
         """Block speed by the interlocks and the auto-driller, m/s."""
@@ -253,6 +276,9 @@ class SlideController:
         if self._interlocks.stall.state is not StallState.NONE:
             return self._block.rest()
         if not self._permission.lower or self._amplitude.testing or self._drive_mode() is not DriveMode.ROCK:
+            return 0.0
+        if self._load.stops:
+            self._block.auto_driller.track(self._state.pressure.smooth)
             return 0.0
         monitor = self._state.monitor
         return self._block.speed(self._state.pressure, monitor.value["block_position"], self.error, monitor.step)
@@ -268,6 +294,7 @@ class SlideController:
             slide_status.heave_status(self._heave),
             slide_status.lock_up_status(block.lock_up, block.drag),
             slide_status.slip_status(block.slip),
+            *self._load.statuses(),
             *self._interlocks.statuses())
 
     def calibrated_rig(self) -> Rig:

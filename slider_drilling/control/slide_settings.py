@@ -45,5 +45,7 @@ class SlideSettings:
     off_bottom_pressure: float = setting(
         0.0, "Pa", 0.0, 100e6, "standpipe pressure at reference flow, off bottom; 0: the rig file's")
     pump_speed: float = setting(0.0, "rad/s", 0.0, 60.0, "crank speed of the mud pump; 0: for the reference flow")
+    weight_on_bit_limit: float = setting(
+        0.0, "N", 0.0, 1e6, "largest weight on bit by hook load or torque; 0: 1.4 times the target weight")
     stall_share: float = setting(0.85, "-", 0.2, 1.0, "share of the motor's pressure limit that counts as stall")
     rocking: float = setting(1.0, "-", 0.0, 1.0, "0 parks the top drive smoothly, 1 rocks")

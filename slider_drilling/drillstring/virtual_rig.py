@@ -63,6 +63,7 @@ class VirtualRig:
         pump_speed: rad/s of the pump at the start; None for the speed of the reference flow.
         friction_of_angle: Factors (n,) of the elements' friction from their angles (n,) rad, taken once a sensor
             period.
+        friction_of_speed: The same from their rotation speeds (n,) rad/s.
     """
 
     def __init__(
@@ -75,9 +76,10 @@ class VirtualRig:
         pump_speed: float | None = None,
         substeps: int | None = None,
         friction_of_angle: Callable[[Array], Array] | None = None,
+        friction_of_speed: Callable[[Array], Array] | None = None,
     ) -> None:
         self.rig = rig
-        self._friction_of_angle = friction_of_angle
+        self._friction_of_angle, self._friction_of_speed = friction_of_angle, friction_of_speed
         self.interval = 1.0 / rig.sensors.rate
         if pump_speed is None:
             pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
@@ -96,14 +98,23 @@ class VirtualRig:
         before = self.truth
         self._samples += 1
         self._drives = follow_command(self._drives, command, before.surface_torque, self.rig.top_drive, self.interval)
-        if self._friction_of_angle is not None:
-            profile = self._plant.profile()
-            middle = profile.rotation + 0.5 * self.interval * profile.rotation_speed
-            self._plant.scale_friction(self._friction_of_angle(middle))
+        self._scale_friction()
         self.truth = self._advance()
         now = (self.truth.time, self.truth.tool_face)
         self.measurements = self._measure(self._mwd.read((before.time, before.tool_face), now, self._random))
         return self.measurements
+
+    def _scale_friction(self) -> None:
+        """Friction by the angles and speeds of the elements, where the rig has such friction."""
+        if self._friction_of_angle is None and self._friction_of_speed is None:
+            return
+        profile = self._plant.profile()
+        factors = np.ones_like(profile.rotation)
+        if self._friction_of_angle is not None:
+            factors *= self._friction_of_angle(profile.rotation + 0.5 * self.interval * profile.rotation_speed)
+        if self._friction_of_speed is not None:
+            factors *= self._friction_of_speed(profile.rotation_speed)
+        self._plant.scale_friction(factors)
 
     def profile(self) -> DepthProfile:
         """The string along its length, now."""

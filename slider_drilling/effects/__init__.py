@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
-from slider_drilling.effects.angle_friction import AngleFriction
+from slider_drilling.effects.angle_friction import AngleFriction, DirectionFriction
 from slider_drilling.effects.contact import (
     CONTACT,
     BucklingContact,
@@ -44,6 +44,7 @@ from slider_drilling.effects.torque_reading import (
 
 __all__ = [
     "EFFECTS", "SEARCH_ORDER", "AngleFriction", "AxialOscillationTool", "BucklingContact", "CuttingsBed",
+    "DirectionFriction",
     "EffectDefinition", "Effects", "FitParameter", "FormationChange", "FrictionDrift", "Heave", "MotorWear", "Search",
     "SearchInputs", "Sizes", "StaticAging", "Stribeck", "TopDriveBacklash", "TorqueAtMotor", "TorqueSensorBias",
     "TorqueSensorGain", "TorqueSensorLag", "TorsionalCompliance", "Tortuosity", "ViscousDrag", "effects_with",

@@ -1,4 +1,4 @@
-"""Friction that depends on the pipe's own angle. It is not in the catalogue: a diagnosis should call it unknown."""
+"""Friction by the pipe's own angle or direction; not in the catalogue: a diagnosis should call it unknown."""
 
 from __future__ import annotations
 
@@ -32,4 +32,25 @@ class AngleFriction:
             angle: Of the pipe in rad, one number or one for each element, (n,).
         """
         factor: Angle = 1.0 + self.amplitude * self.wave(angle + self.phase)
+        return factor
+
+
+@dataclass(frozen=True)
+class DirectionFriction:
+    """Friction that is larger while a pipe turns right than while it turns left.
+
+    Attributes:
+        excess: Share by which it is larger; negative where it is smaller.
+    """
+
+    excess: float
+
+    def __call__(self, speed: Angle) -> Angle:
+        """Returns the factor on friction.
+
+        Args:
+            speed: Of the pipe in rad/s, one number or one for each element, (n,).
+        """
+        turns_right = np.asarray(speed > 0.0, dtype=np.float64)
+        factor: Angle = 1.0 + self.excess * turns_right  # type: ignore[assignment]
         return factor

@@ -10,6 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
+from slider_drilling.control.tool_face_target import target_refusal
 from slider_drilling.live.frame import StringView, dial_json, labels_json, rocking_json, samples_json
 from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.instruments import Instruments
@@ -73,7 +74,8 @@ class PageView:
             ui.label("Controls").classes("sd-heading")
             with ui.element("div").classes("sd-row"):
                 self._target = (
-                    ui.number("new target, deg", min=-180, max=180, step=5, format="%.1f")
+                    # Without min and max: NiceGUI would turn 900 into 180 without a word.
+                    ui.number("new target, deg", step=5, format="%.1f", validation=target_refusal)
                     .props("dense outlined data-name=target")
                     .style("width: 9.5rem")
                 )
@@ -98,8 +100,12 @@ class PageView:
             ui.notify("the nodes take no requests", type="negative")
 
     def _set_target(self) -> None:
-        if self._target.value is not None:
-            self._send(SetTarget(math.remainder(math.radians(self._target.value), 2.0 * math.pi)))
+        if self._target.value is None:
+            return
+        if refusal := target_refusal(self._target.value):
+            ui.notify(f"target = {refusal}", type="negative", timeout=6000)
+        else:
+            self._send(SetTarget(math.radians(self._target.value)))
 
     def _toggle_record(self) -> None:
         self._send(SetRecording(not self._state.recording))

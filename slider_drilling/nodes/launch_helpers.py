@@ -105,9 +105,13 @@ def speed(given: LaunchArguments) -> float | None:
 
 
 def target(given: LaunchArguments) -> float | None:
-    """The argument `target_deg`, rad in (-pi, pi]."""
+    """The argument `target_deg` in rad; ValueError beyond half a turn."""
+    from slider_drilling.control.tool_face_target import target_refusal
+
     degrees = number(given, "target_deg")
-    return None if degrees is None else math.remainder(math.radians(degrees), 2.0 * math.pi)
+    if refusal := target_refusal(degrees):
+        raise ValueError(f"target_deg:={refusal}")
+    return None if degrees is None else math.radians(degrees)
 
 
 def process(

@@ -1,7 +1,10 @@
-"""A virtual rig with the faults of a scenario: lost and wrong MWD samples, block slip, friction by angle."""
+"""A virtual rig with the faults of a scenario: lost and wrong MWD samples, block slip, friction by angle and by
+direction, lying sensors, faults of pump, pipe and nozzles.
+"""
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 
@@ -9,7 +12,7 @@ import numpy as np
 
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.effects import AngleFriction
+from slider_drilling.effects import AngleFriction, DirectionFriction
 from slider_drilling.slide_scenarios.scenario import Scenario
 
 _SLIP_TIME = 3.0  # s, duration of a block slip
@@ -31,8 +34,11 @@ class FaultyRig:
 
     def __init__(self, scenario: Scenario, seed: int, elements: int):
         by_angle = AngleFriction(scenario.angle_friction) if scenario.angle_friction else None
-        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=by_angle)
+        by_speed = DirectionFriction(scenario.right_friction) if scenario.right_friction else None
+        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=by_angle,
+                              friction_of_speed=by_speed)
         self._scenario = scenario
+        self._faults = copy.deepcopy(scenario.faults)   # a stuck sensor remembers its value
         self._random = np.random.default_rng((seed, 1))
 
     def step(self, command: RigCommand) -> Measurements:
@@ -40,7 +46,12 @@ class FaultyRig:
         slip = self._scenario.block_slip
         if slip is not None and slip[0] <= self.rig.truth.time < slip[0] + _SLIP_TIME:
             command = dataclasses.replace(command, block_speed=command.block_speed + slip[1] / _SLIP_TIME)
+        for fault in self._faults:
+            share = fault.flow_share(self.rig.truth.time + self.rig.interval)
+            command = dataclasses.replace(command, pump_speed=share * command.pump_speed)
         measurements = self.rig.step(command)
+        for fault in self._faults:
+            measurements = fault.reading(measurements, self.rig.rig)
         return dataclasses.replace(measurements, mwd=tuple(self._received(measurements.mwd)))
 
     def _received(self, samples: tuple[MwdSample, ...]) -> list[MwdSample]:

@@ -30,7 +30,7 @@ from slider_drilling.slide_scenarios.score import SlideScore, score_slide
 from slider_drilling.slide_scenarios.trace import SlideTrace
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
-            "rate_of_penetration", "bit_depth")
+            "rate_of_penetration", "bit_depth", "differential_pressure")
 _STATUS_INTERVAL = 1.0   # s
 
 
@@ -73,7 +73,8 @@ def run_scenario(
         truth = rig.rig.truth
         events.update(measurements.time, controller)
         rows.append((truth.time, target, truth.tool_face, measurements.top_drive_angle, truth.surface_torque,
-                     truth.weight_on_bit, truth.rate_of_penetration, truth.bit_depth))
+                     truth.weight_on_bit, truth.rate_of_penetration, truth.bit_depth,
+                     truth.differential_pressure))
     columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
     trace = SlideTrace(**columns, events=tuple(events.events))
     return ScenarioResult(scenario, contender, score_slide(scenario, trace), trace)

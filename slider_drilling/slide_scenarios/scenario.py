@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+from slider_drilling.slide_scenarios.rig_faults import RigFault
 from slider_drilling.drillstring import InitialState
 from slider_drilling.effects import Effects
 from slider_drilling.files.installed_files import installed_file
@@ -27,6 +28,7 @@ class Scenario:
         friction_ratio: True friction over the rig file's.
         effects: Effects of the catalogue, as in a rig file.
         angle_friction: Share by which friction rises and falls once per turn of each pipe.
+        right_friction: Share by which friction is larger while a pipe turns right than while it turns left.
         mwd_period: s; known to the controller.
         mwd_lost: Share of MWD samples that never arrive.
         mwd_outliers: Share of MWD samples that arrive as a random angle.
@@ -37,6 +39,7 @@ class Scenario:
         circulation_ratio: True off-bottom pressure over the rig file's.
         make_up_limit: Torque limit to the right, known, N m; 0: the controller's default.
         back_off_limit: Torque limit to the left, known, N m; 0: the controller's default.
+        faults: Lying sensors, and faults of pump, pipe and nozzles.
         rigs: Rig file and true rig, in place of those made from the well's file, or None.
     """
 
@@ -49,6 +52,7 @@ class Scenario:
     friction_ratio: float = 1.0
     effects: Effects = Effects()
     angle_friction: float = 0.0
+    right_friction: float = 0.0
     mwd_period: float = 12.0
     mwd_lost: float = 0.0
     mwd_outliers: float = 0.0
@@ -59,6 +63,7 @@ class Scenario:
     circulation_ratio: float = 1.0
     make_up_limit: float = 0.0
     back_off_limit: float = 0.0
+    faults: tuple[RigFault, ...] = ()
     rigs: tuple[Rig, Rig] | None = None
 
     @property

@@ -54,6 +54,10 @@ UNKNOWN: tuple[Scenario, ...] = (
              effects=effects_with(torque_sensor_bias={"bias": -500.0})),
     Scenario("target +90 deg", _MIDDLE, "a new target 90 degrees to the right", ((0.0, -70.0), (600.0, 20.0)),
              duration=1200.0),
+    Scenario("far targets", _LONG, "new targets 50 degrees and half a turn away",
+             ((0.0, -70.0), (500.0, -120.0), (900.0, 60.0)), duration=1200.0),
+    Scenario("friction right +30 %", _LONG, "friction 30 % larger turning right than turning left", duration=1200.0,
+             right_friction=0.3),
     Scenario("buckling", _LONG, "buckled pipe presses on the wall with the square of its compression",
              duration=1200.0, effects=effects_with(buckling_contact={"factor": 1.0})),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ class SlideTrace:
         weight_on_bit: True, N.
         rate_of_penetration: True, m/s.
         bit_depth: True measured depth of the bit, m.
+        differential_pressure: True, of the motor, Pa; empty where it was not kept.
         events: (s, level, name, message) of each change of level in the controller's status.
     """
 
@@ -35,3 +36,4 @@ class SlideTrace:
     rate_of_penetration: Array
     bit_depth: Array
     events: tuple[tuple[float, str, str, str], ...]
+    differential_pressure: Array = field(default_factory=lambda: np.empty(0))

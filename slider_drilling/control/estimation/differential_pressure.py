@@ -29,21 +29,34 @@ class DifferentialPressure:
     Attributes:
         quick: Pa, for stall detection.
         smooth: Pa, for control.
+        assumed: Pa, used in place of `smooth` for the reactive torque while the pressure cannot be believed, or None.
+        tare_error: How far the pressure off bottom is from the rig file's, as a share; 0 while it is tared.
     """
 
     def __init__(self, rig: Rig, off_bottom_pressure: float, quick_time: float, smooth_time: float):
+        self.quick = self.smooth = 0.0
+        self._setting = math.nan
+        self._off_bottom = 0.0
+        self._circulation = 0.0   # circulating pressure of the last sample over the off-bottom pressure
+        self.assumed: float | None = None
+        self.tare_error = 0.0
         self.configure(rig, off_bottom_pressure)
         self._reference_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
         self._torque_per_pressure = rig.motor.torque_per_pressure
         self._times = (quick_time, smooth_time)
-        self.quick = 0.0
-        self.smooth = 0.0
 
     def configure(self, rig: Rig, off_bottom_pressure: float) -> None:
-        """Use another off-bottom pressure (Pa, 0: the rig file's) from now on."""
+        """Use another off-bottom pressure (Pa, 0: the rig file's) from now on; the same one keeps the tare."""
+        if off_bottom_pressure == self._setting:
+            return
+        self._setting = off_bottom_pressure
         self._given = off_bottom_pressure > 0.0
+        self.tare_error = 0.0
         self._rig_file_pressure = rig.circulating_pressure
-        self._off_bottom = off_bottom_pressure or self._rig_file_pressure
+        before, self._off_bottom = self._off_bottom, off_bottom_pressure or self._rig_file_pressure
+        # The pressure across the motor is known anew at once; its filters must not show a change.
+        self.quick += self._circulation * (before - self._off_bottom)
+        self.smooth += self._circulation * (before - self._off_bottom)
 
     def tare(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
         """Take one sample off bottom, before `update`: pressure Pa, crank speed rad/s, time since the last one s.
@@ -54,7 +67,10 @@ class DifferentialPressure:
         if self._given or not (math.isfinite(standpipe_pressure) and flow >= _MIN_TARE_FLOW):
             return
         measured = standpipe_pressure / flow**_FLOW_EXPONENT
-        if abs(measured / self._rig_file_pressure - 1.0) <= _MAX_TARE_ERROR:
+        error = measured / self._rig_file_pressure - 1.0
+        outside = abs(error) > _MAX_TARE_ERROR
+        self.tare_error += (1.0 - math.exp(-step / _TARE_TIME)) * ((error if outside else 0.0) - self.tare_error)
+        if not outside:
             self._off_bottom += (1.0 - math.exp(-step / _TARE_TIME)) * (measured - self._off_bottom)
 
     def update(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
@@ -62,14 +78,21 @@ class DifferentialPressure:
         if not (math.isfinite(standpipe_pressure) and math.isfinite(pump_speed)):
             return
         flow = max(pump_speed, 0.0) / self._reference_speed
-        pressure = standpipe_pressure - self._off_bottom * flow**_FLOW_EXPONENT
+        self._circulation = flow**_FLOW_EXPONENT
+        pressure = standpipe_pressure - self._off_bottom * self._circulation
         self.quick += (1.0 - math.exp(-step / self._times[0])) * (pressure - self.quick)
         self.smooth += (1.0 - math.exp(-step / self._times[1])) * (pressure - self.smooth)
 
     @property
+    def tare_too_low(self) -> bool:
+        """Whether the pressure off bottom was below any that the rig file's circulation can have."""
+        return self.tare_error < -_MAX_TARE_ERROR
+
+    @property
     def reactive_torque(self) -> float:
-        """Torque with which the motor turns its housing to the left, from `smooth`, N m."""
-        return self._torque_per_pressure * max(self.smooth, 0.0)
+        """Torque with which the motor turns its housing to the left, from `smooth` or `assumed`, N m."""
+        pressure = self.smooth if self.assumed is None else self.assumed
+        return self._torque_per_pressure * max(pressure, 0.0)
 
     @property
     def quick_reactive_torque(self) -> float:

@@ -85,6 +85,20 @@ class DragMonitor:
         self.share = self.drag / full_drag
         self.share_lower_bound = self.share - math.hypot(motor_sigma, _BIT_SIGMA) * weight_on_bit / full_drag
 
+    def deficit(self, hook_load: float) -> float:
+        """What has left the hook since the string hung off bottom: weight on bit and drag, N."""
+        return self._off_bottom_load - hook_load
+
+    @property
+    def smooth_deficit(self) -> float:
+        """The same, averaged over a stroke or two, N; NaN before the first sample."""
+        return self._off_bottom_load - self._load
+
+    @property
+    def full_drag(self) -> float:
+        """Drag of a string that does not rotate, with the friction known so far, N."""
+        return self._full_drag * self._friction_scale
+
     @property
     def held_below(self) -> float:
         """Measured depth (m) below which non-rotating pipe would have this drag; the string's end without drag.

@@ -10,6 +10,8 @@ from slider_drilling.control.interface import Measurements
 CHANNELS = ("top_drive_angle", "surface_torque", "block_position", "hook_load", "standpipe_pressure", "pump_speed")
 _MAX_STEP = 2.5    # sample intervals; a gap in the stream must not become a jump of the reference
 _RESTART_SAMPLES = 10   # rising stamps from an earlier time, after which that time is taken over
+# s for which a noisy reading may repeat itself to the last digit; later it is stuck, and ages as a lost one does.
+_FROZEN_AFTER = {"surface_torque": 10.0, "hook_load": 20.0, "standpipe_pressure": 20.0}
 _JUMP = 60.0       # s; a longer gap resets the history of the estimators
 # Largest magnitude that a channel can have, in its SI unit.
 _PLAUSIBLE = {"top_drive_angle": 1e6, "surface_torque": 2e5, "block_position": 1e4, "hook_load": 1e7,
@@ -30,6 +32,8 @@ class MeasurementMonitor:
         jumped: Whether the last sample moved the clock by more than a minute, or backwards.
         value: Last valid value of each channel, SI unit.
         age: Age of that value, s.
+        noisy: Channels whose readings carry noise, so that an unchanging one is stuck.
+        stuck: Channels that are stuck now.
     """
 
     time: float = math.nan
@@ -38,6 +42,9 @@ class MeasurementMonitor:
     jumped: bool = False
     value: dict[str, float] = field(default_factory=lambda: dict.fromkeys(CHANNELS, math.nan))
     age: dict[str, float] = field(default_factory=lambda: dict.fromkeys(CHANNELS, math.inf))
+    noisy: frozenset[str] = frozenset()
+    stuck: set[str] = field(default_factory=set)
+    _unchanged_for: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_FROZEN_AFTER, 0.0))
     _earlier_time: float = math.nan
     _earlier_count: int = 0
 
@@ -47,8 +54,22 @@ class MeasurementMonitor:
         for name in CHANNELS:
             raw = getattr(measurements, name)
             self.age[name] += self.step if self.step > 0.0 else interval
-            if advanced and math.isfinite(raw) and abs(raw) <= _PLAUSIBLE[name]:
+            if advanced and math.isfinite(raw) and abs(raw) <= _PLAUSIBLE[name] and not self._is_stuck(name, raw):
                 self.value[name], self.age[name] = raw, 0.0
+
+    def _is_stuck(self, name: str, raw: float) -> bool:
+        """Whether a noisy channel has repeated its value for too long; its age then counts from the last change."""
+        if name not in self.noisy:
+            return False
+        before = self._unchanged_for[name]
+        self._unchanged_for[name] = before + self.step if raw == self.value[name] else 0.0
+        if self._unchanged_for[name] < _FROZEN_AFTER[name]:
+            self.stuck.discard(name)
+            return False
+        if name not in self.stuck:
+            self.stuck.add(name)
+            self.age[name] = self._unchanged_for[name]
+        return True
 
     def fresh(self, channel: str) -> float:
         """Value of a channel in the last sample; NaN where that sample has none."""

@@ -24,6 +24,10 @@ _MIN_RESPONSE_SHARE = 0.75   # of that time; no string responds faster
 _MIN_INITIAL_RESPONSE = 60.0   # s, assumed at first: a shorter one makes short strings slow to set
 _UNEXPLAINED = math.radians(0.8)   # rad, of an MWD sample besides its noise
 _WALK, _DRIFT = math.radians(0.6), math.radians(0.15)   # rad/sqrt(s), of the toolface and of its offset
+# Prior of the mean torque of a cycle with an unloaded bit: bias of the sensor, N m, and friction that differs between
+# right and left, as a share of the breakover torque beyond this one, N m. A shorter string shows the difference soon
+# enough by MWD, and a wider prior would double its time to set where friction depends on the pipe's angle.
+_BIAS_SIGMA, _DIRECTION_SIGMA, _DIRECTION_FROM = 200.0, 0.12, 11e3
 _TWIST_SHARE = 0.1           # error of the twist over the driving twist
 _MOVE_SHARE = 0.3            # of a move of the centre, that surface torque does not show yet
 _QUICK_TIME, _SMOOTH_TIME = 0.5, 6.0   # s, filters of differential pressure
@@ -50,16 +54,20 @@ class SlideState:
     def __init__(self, rig: Rig, settings: SlideSettings, model: TorqueAndDrag):
         self.interval = 1.0 / rig.sensors.rate
         self._spreading_time = _RESPONSE_PER_TRAVEL * model.travel_time**2
-        self.monitor = MeasurementMonitor()
+        sensors = {name: getattr(rig.sensors, name) for name in ("surface_torque", "hook_load", "standpipe_pressure")}
+        noisy = frozenset(name for name, sensor in sensors.items() if sensor.noise > 0.5 * sensor.resolution)
+        self.monitor = MeasurementMonitor(noisy=noisy)
         self.pressure = DifferentialPressure(rig, settings.off_bottom_pressure, _QUICK_TIME, _SMOOTH_TIME)
         sensor = rig.sensors.surface_torque
         self.torque_sensor = TorqueSensorModel(model.impedance, sensor.noise, self.interval, sensor.lag)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2)
         noise = EstimatorNoise(sample, sensor.noise, self.interval, _TWIST_SHARE, _MOVE_SHARE, _WALK, _DRIFT)
+        breakover_torque = model.breakover_torque(model.full_amplitude(1.0), 1.0)
         self.tool_face = ToolFaceEstimator(
             model.compliance, self._response_time(settings), noise, bias=rig.effects.torque_sensor_bias.bias,
-            min_response_time=_MIN_RESPONSE_SHARE * self._spreading_time)
+            min_response_time=_MIN_RESPONSE_SHARE * self._spreading_time,
+            bias_sigma=math.hypot(_BIAS_SIGMA, _DIRECTION_SIGMA * max(breakover_torque - _DIRECTION_FROM, 0.0)))
         self._averager = CycleAverager()
         self._phase = RockingPhase()
         self._strokes = 0            # reversals that the phase knows of

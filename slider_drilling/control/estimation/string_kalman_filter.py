@@ -67,20 +67,25 @@ class StringKalmanFilter:
         response_time: tau0, s.
         bias: Prior mean of beta, N m.
         min_response_time: Lower bound of tau, s.
+        bias_sigma: Prior standard deviation of beta, N m.
 
     Attributes:
         response_time: tau0, s.
         mean: Mean of the states (8,).
     """
 
-    def __init__(self, compliance: float, response_time: float, bias: float = 0.0, min_response_time: float = 0.0):
+    def __init__(
+        self, compliance: float, response_time: float, bias: float = 0.0, min_response_time: float = 0.0,
+        bias_sigma: float = _PRIOR_SIGMA["bias"],
+    ):  # fmt: skip
         self._compliance = compliance
         self.response_time = response_time
         self._min_response_time = min_response_time
         self.mean: Array = np.zeros(_STATES)
         self.mean[_BETA] = bias
         self._covariance: Array = np.diag(
-            [1.0, 1.0, *(sigma**2 for sigma in _PRIOR_SIGMA.values()), _SWING_SIGMA**2, _SWING_SIGMA**2])
+            [1.0, 1.0, *(sigma**2 for sigma in {**_PRIOR_SIGMA, "bias": bias_sigma}.values()),
+             _SWING_SIGMA**2, _SWING_SIGMA**2])
 
     def reset_tool_face(self, tool_face: float, offset: float, variance: float) -> None:
         """Set the toolface (rad, variance rad2) and a rough offset (rad); the corrections of the string stay.

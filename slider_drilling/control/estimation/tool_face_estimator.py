@@ -82,6 +82,7 @@ class ToolFaceEstimator:
         memory: How late an MWD sample may arrive, s.
         bias: Of the torque sensor by the rig file, N m.
         min_response_time: Lower bound of the estimated response time, s.
+        bias_sigma: Of the mean torque at rest: sensor bias, and friction that differs between right and left, N m.
 
     Attributes:
         filter: Extended Kalman filter of toolface and string.
@@ -97,14 +98,14 @@ class ToolFaceEstimator:
 
     def __init__(
         self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0, bias: float = 0.0,
-        min_response_time: float = 0.0,
+        min_response_time: float = 0.0, bias_sigma: float = 200.0,
     ):  # fmt: skip
         self._noise = noise
         self._memory = memory
         self._history: deque[_Instant] = deque()
         self._waiting: list[tuple[MwdSample, float]] = []
         self._offset_histogram = CircularHistogram(_OUTLIERS)
-        self.filter = StringKalmanFilter(compliance, response_time, bias, min_response_time)
+        self.filter = StringKalmanFilter(compliance, response_time, bias, min_response_time, bias_sigma)
         self._angle = math.nan             # rad, mean of the last cycle
         self._cycle: CycleAverage | None = None
         self._reactive_torque = math.nan   # N m, at the last advance

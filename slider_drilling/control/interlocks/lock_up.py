@@ -19,6 +19,7 @@ _RELEASE_TIME = 30.0         # s of low drag before lowering resumes
 _MAX_HOLD_TIME = 240.0       # s in which rocking has to free the string
 _WEIGHT_REDUCTION = 0.9      # factor on the target weight at each trip
 _MAX_TRIPS = 3
+_LITTLE_ARRIVES = 0.45       # of the target pressure; a second lock-up with less latches
 
 
 class LockUpState(enum.Enum):
@@ -76,7 +77,8 @@ class LockUpInterlock:
         if self._locked_for >= _TRIP_TIME or self._hanging_for >= _SLOW_TRIP_TIME:
             self.trips += 1
             self.share_left *= _WEIGHT_REDUCTION
-            self._enter(LockUpState.LATCHED if self.trips >= _MAX_TRIPS else LockUpState.HELD)
+            hopeless = self.trips > 1 and pressure < _LITTLE_ARRIVES * target
+            self._enter(LockUpState.LATCHED if hopeless or self.trips >= _MAX_TRIPS else LockUpState.HELD)
 
     def _update_held(self, drag: float, step: float) -> None:
         self._held_for += step

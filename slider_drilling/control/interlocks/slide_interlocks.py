@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from slider_drilling.control.estimation.measurement_monitor import MeasurementMonitor
 from slider_drilling.control.interface import Level, Status
+from slider_drilling.control.interlocks.drive_following import DriveFollowing
 from slider_drilling.control.interlocks.motor_stall import StallGuard, StallState
 from slider_drilling.control.interlocks.torque_prediction import Stroke, TorquePredictor
 
@@ -45,6 +46,7 @@ class Interlocks:
         min_pump_speed: Crank speed below which the motor is not driven, rad/s.
 
     Attributes:
+        drives: Whether block and pump follow their commands.
         torque_trips: Strokes cut short at a torque limit so far.
     """
 
@@ -53,6 +55,7 @@ class Interlocks:
         self.back_off = back_off
         self.stall = stall
         self._min_pump_speed = min_pump_speed
+        self.drives = DriveFollowing()
         self._healthy_for = 0.0
         self._predictor = TorquePredictor()
         self.torque_trips = 0
@@ -76,13 +79,16 @@ class Interlocks:
         pump_speed = monitor.value["pump_speed"]
         circulating = math.isfinite(pump_speed) and pump_speed >= self._min_pump_speed
         # Without flow, standpipe pressure less circulation does not show the motor's load.
-        self.stall.update(pressure, monitor.age["standpipe_pressure"] <= HOLD_AFTER and circulating, step)
+        known = monitor.age["standpipe_pressure"] <= HOLD_AFTER and circulating and self.drives.pump_follows
+        self.stall.update(pressure, known, step)
         self._report_pump(circulating, pump_speed)
         follows = not abs(tracking_error) > _MAX_TRACKING_ERROR
         self._report_following(follows, tracking_error)
+        self._report_block()
         self._report_mwd(mwd_age)
         self._report_stall(pressure)
-        healthy = oldest <= HOLD_AFTER and circulating and follows
+        healthy = (oldest <= HOLD_AFTER and circulating and follows and self.drives.pump_follows
+                   and self.drives.block_follows)
         self._healthy_for = self._healthy_for + step if healthy else 0.0
         lower = (self._healthy_for >= RESUME_AFTER and self.stall.state is StallState.NONE
                  and mwd_age <= MWD_HOLD_AFTER)
@@ -125,7 +131,9 @@ class Interlocks:
         oldest = 0.0
         for name, age in monitor.age.items():
             oldest = max(oldest, age)
-            if age > STOP_AFTER:
+            if name in monitor.stuck:
+                self._report(Level.ERROR, name, f"stuck: the same reading for {age:.0f} s: treated as lost")
+            elif age > STOP_AFTER:
                 self._report(Level.ERROR, name, f"no valid sample for {age:.0f} s: rocking stopped")
             elif age > HOLD_AFTER:
                 self._report(Level.WARN, name, f"no valid sample for {age:.1f} s: lowering stopped")
@@ -139,7 +147,10 @@ class Interlocks:
         return oldest
 
     def _report_pump(self, circulating: bool, pump_speed: float) -> None:
-        if circulating:
+        if circulating and not self.drives.pump_follows:
+            self._report(Level.ERROR, "circulation", f"the pump's counter shows {pump_speed:.2f} rad/s, another speed "
+                         "than commanded: lowering stopped; check the counter, or give the setting pump_speed")
+        elif circulating:
             self._report(Level.OK, "circulation", "mud flows through the motor")
         else:
             self._report(Level.WARN, "circulation",
@@ -150,6 +161,13 @@ class Interlocks:
             self._report(Level.OK, "top_drive", "follows its reference")
         else:
             self._report(Level.WARN, "top_drive", f"{tracking_error:+.1f} rad off its reference: lowering stopped")
+
+    def _report_block(self) -> None:
+        if self.drives.block_follows:
+            self._report(Level.OK, "block_following", "the block moves as commanded")
+        else:
+            self._report(Level.ERROR, "block_following", f"the block has moved {self.drives.block_missing:.2f} m less "
+                         "than commanded: lowering stopped; check drawworks and block position")
 
     def _report_mwd(self, age: float) -> None:
         if age > MWD_HOLD_AFTER:

@@ -1,0 +1,242 @@
+"""Load check: lowering stops when the channels that show the load contradict each other by more than they can be wrong.
+
+Pressure, torque and hook load each show the weight on bit (`load_evidence`). With one of them wrong, the other two and
+the rate of penetration say which one, and how it went says why: see `LoadFault`. Weight by hook load and by torque is
+bounded whatever pressure says.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from slider_drilling.control.estimation.load_evidence import LoadChange, LoadEvidence, LoadSample
+
+_TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
+_SAFE_SIDE = 2.0            # times that, where torque stands for less than pressure: the weight is then too small
+_UNKNOWN_SCALE = 0.3        # share of the target torque besides, until the reference period has ended
+_LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
+_CONFIRM_TIME = 20.0        # s of contradiction before it counts
+# The reference needs a toolface this close to its target, and no more other torque than this share of the motor's.
+_REFERENCE_ERROR, _REFERENCE_SHARE = math.radians(8.0), 0.15
+_SETTING_ERROR = math.radians(30.0)   # rad of toolface; the torque of a string that is being turned says little
+_ONSET_SHARE = 0.3          # of the tolerance, at which a contradiction begins
+_HOOK_SIGMA, _RATE_SIGMA = 10e3, 0.12   # N of drag; share of the weight that other rock makes in the rate
+_MIN_DRAG_SHARE, _MAX_DRAG_SHARE = -0.25, 1.25   # of a string that does not rotate; outside the hook load is wrong
+_HOOK_TOLERANCE = 12e3      # N, besides
+_JUMP_SHARE = 0.4           # of the target weight, by which weight by hook load may exceed the other two
+_RELEASE_SHARE = 0.92       # of the weight limit, below which lowering goes on
+# A sudden change of pressure that the hook load does not show: time constants of the averages that are compared, and
+# shares of the target weight. Drag that lets go turns into weight on the bit, so a rise may be larger by most of it.
+_QUICK_TIME, _SLOW_TIME = 3.0, 20.0   # s
+_SUDDEN_CHANGE, _SUDDEN_FALL, _SUDDEN_RISE, _RELEASED_DRAG = 0.2, 0.25, 0.25, 0.7
+_HOLD_TIME = 40.0           # s until the change counts as a fault, if it stays
+
+
+class LoadFault(enum.Enum):
+    """What the channels contradict each other by, and what that means."""
+
+    WASHOUT = "a washout, or a transmitter that drifts down: compare pump strokes and flow, look for a leak"
+    PLUGGED_NOZZLE = "a plugged nozzle"
+    LOST_STROKES = "a pump that loses strokes (valve, suction) or counts too many: check the pump and its counter"
+    TRANSMITTER = "a transmitter that drifts up: compare it with another gauge"
+    TORQUE = "the torque sensor is wrong"
+    HOOK_LOAD = "the hook-load sensor is wrong, or pipe is stuck"
+
+
+@dataclass(frozen=True)
+class LoadTrip:
+    """A latched contradiction.
+
+    Attributes:
+        fault: Its most likely cause.
+        message: Figures of the channels.
+    """
+
+    fault: LoadFault
+    message: str
+
+
+@dataclass(frozen=True)
+class LoadConditions:
+    """What the slide does while a cycle is checked.
+
+    Attributes:
+        loaded: Whether the bit is loaded with the pressure that is asked for.
+        checked: Whether the channels can be compared: the bit on bottom, no measurement missing.
+        error: Of the toolface, rad.
+        lead_torque: Lead of the centre over the compliance of the string, N m.
+        turning_torque: Torque that turns the toolface at its present rate, N m.
+        full_drag: Drag of a string that does not rotate, N.
+    """
+
+    loaded: bool
+    checked: bool
+    error: float
+    lead_torque: float
+    turning_torque: float
+    full_drag: float
+
+
+class LoadCheck:
+    """Compares the channels and stops lowering.
+
+    Args:
+        evidence: Load by the channels.
+        target_weight: On the bit, N.
+        target_torque: Reactive torque at this weight, N m.
+        limit: Largest weight on bit, N.
+
+    Attributes:
+        evidence: Load by the channels.
+        limit: Largest weight on bit, N.
+        trip: The latched contradiction, or None.
+        weight: Weight on bit by hook load, N; NaN where unknown.
+        over_limit: Whether weight by hook load or by torque is at its limit.
+    """
+
+    def __init__(self, evidence: LoadEvidence, target_weight: float, target_torque: float, limit: float):
+        self.evidence = evidence
+        self.target_weight = target_weight
+        self.target_torque = target_torque
+        self.limit = limit
+        self.trip: LoadTrip | None = None
+        self.weight = math.nan
+        self.over_limit = False
+        self.tolerance = math.inf
+        self._by_torque = math.nan
+        self._beyond_for = self._hook_beyond_for = 0.0
+        self._hold_left = 0.0
+        self._averages: tuple[float, float, float, float] | None = None   # N: pressure, hook load; quick, slow
+        self._sudden_from = (math.nan, math.nan)   # N, of pressure and hook load before a sudden change
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is being watched if a sudden change of pressure stays."""
+        return self._hold_left > 0.0
+
+    @property
+    def stops(self) -> bool:
+        """Whether the block must not be lowered."""
+        return self.trip is not None or self.over_limit or self.holds
+
+    def update_sample(self, pressure_weight: float, hook_deficit: float, smooth_deficit: float, step: float) -> None:
+        """Take one sample: bound the weight, and watch for a sudden change of pressure that the hook load lacks.
+
+        Args:
+            pressure_weight: Weight on bit by pressure, N.
+            hook_deficit: What has left the hook since the string hung off bottom, N; NaN where unknown.
+            smooth_deficit: The same, averaged over a stroke or two, N.
+            step: Time since the last sample, s.
+        """
+        self.weight = self.evidence.by_hook_load(smooth_deficit)
+        highest = max((weight for weight in (self.weight, self._by_torque) if math.isfinite(weight)), default=0.0)
+        self.over_limit = highest > (_RELEASE_SHARE if self.over_limit else 1.0) * self.limit
+        if step <= 0.0 or not (math.isfinite(hook_deficit) and math.isfinite(pressure_weight)):
+            return
+        now = (pressure_weight, hook_deficit)
+        before = self._averages or (*now, *now)
+        quick, slow = (1.0 - math.exp(-step / time) for time in (_QUICK_TIME, _SLOW_TIME))
+        averages = (before[0] + quick * (now[0] - before[0]), before[1] + quick * (now[1] - before[1]),
+                    before[2] + slow * (now[0] - before[2]), before[3] + slow * (now[1] - before[3]))
+        self._averages = averages
+        if self.holds:
+            self._watch_sudden_change(averages, step)
+        elif self._is_sudden(averages[0] - averages[2], averages[1] - averages[3]) and self.trip is None:
+            self._hold_left, self._sudden_from = _HOLD_TIME, (averages[2], averages[3])
+
+    def _is_sudden(self, pressure: float, hook_load: float) -> bool:
+        """Whether these changes (N) contradict each other; before any drag is known only a loss of pressure can."""
+        if abs(pressure) < _SUDDEN_CHANGE * self.target_weight:
+            return False
+        rise = _SUDDEN_RISE * self.target_weight + _RELEASED_DRAG * max(self.evidence.drag, 0.0)
+        return pressure - hook_load < -_SUDDEN_FALL * self.target_weight or pressure - hook_load > rise
+
+    def _watch_sudden_change(self, averages: tuple[float, float, float, float], step: float) -> None:
+        """Trip if the change is still there after the hold."""
+        self._hold_left = max(self._hold_left - step, 0.0)
+        if self.holds or self.trip is not None:
+            return
+        pressure, hook = averages[0] - self._sudden_from[0], averages[1] - self._sudden_from[1]
+        if self._is_sudden(pressure, hook):
+            fault = LoadFault.LOST_STROKES if pressure < hook else LoadFault.PLUGGED_NOZZLE
+            self.trip = LoadTrip(fault, f"weight by pressure changed by {pressure / 1e3:+.0f} kN at once, by hook load "
+                                 f"by {hook / 1e3:+.0f} kN")
+
+    def forget_averages(self) -> None:
+        """Start the averages of `update_sample` again, as after picking up."""
+        self._averages = None
+        self._hold_left = 0.0
+
+    def update_cycle(self, sample: LoadSample, conditions: LoadConditions) -> None:
+        """Take one rocking cycle: compare torque and hook load with pressure."""
+        evidence = self.evidence
+        self.tolerance = (_TORQUE_SIGMAS + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
+                          + _LEAD_SHARE * conditions.lead_torque + conditions.turning_torque)
+        turning = abs(conditions.error) > _SETTING_ERROR
+        # Torque that winds or turns the string would be taken for the motor's.
+        disturbed = conditions.lead_torque + conditions.turning_torque > _REFERENCE_SHARE * self.target_torque
+        steady = (conditions.loaded and abs(conditions.error) < _REFERENCE_ERROR and not disturbed
+                  and self.trip is None)
+        consistent = conditions.checked and self.trip is None and not self.holds
+        evidence.take(sample, steady, consistent and abs(evidence.difference) < 0.5 * self.tolerance)
+        trusted = conditions.checked and evidence.known
+        self._by_torque = evidence.by_torque(sample) - self._doubt(conditions) if trusted else math.nan
+        if self.trip is not None or not conditions.checked:
+            self._beyond_for = self._hook_beyond_for = 0.0
+            return
+        below = _SAFE_SIDE * self.tolerance
+        beyond = not -below <= evidence.difference <= self.tolerance and not turning
+        self._beyond_for = self._beyond_for + sample.duration if beyond else 0.0
+        if self._beyond_for >= _CONFIRM_TIME:
+            self.trip = self._pressure_or_torque()
+            return
+        self._check_hook_load(sample, conditions)
+
+    def _doubt(self, conditions: LoadConditions) -> float:
+        """Weight (N) by which the weight by torque may be too large: torque that turns or winds the string."""
+        torque = _LEAD_SHARE * conditions.lead_torque + conditions.turning_torque
+        return torque * self.target_weight / self.target_torque / self.evidence.scale
+
+    def _check_hook_load(self, sample: LoadSample, conditions: LoadConditions) -> None:
+        """The drag that is left between hook load and weight must be one that pipe can have."""
+        weight = max(self.evidence.by_pressure(sample), self.evidence.by_torque(sample))
+        drag = sample.hook_deficit - self.evidence.by_pressure(sample)
+        jumped = self.weight - weight > _JUMP_SHARE * self.target_weight
+        low = _MIN_DRAG_SHARE * conditions.full_drag - _HOOK_TOLERANCE
+        high = _MAX_DRAG_SHARE * conditions.full_drag + _HOOK_TOLERANCE
+        agree = abs(self.evidence.difference) < min(_TORQUE_SIGMAS, 0.5 * self.tolerance)
+        beyond = conditions.loaded and agree and not self.holds and (jumped or not low <= drag <= high)
+        self._hook_beyond_for = self._hook_beyond_for + sample.duration if beyond else 0.0
+        if self._hook_beyond_for >= _CONFIRM_TIME:
+            self.trip = LoadTrip(
+                LoadFault.HOOK_LOAD, f"weight by hook load {self.weight / 1e3:.0f} kN, by pressure and torque "
+                f"{weight / 1e3:.0f} kN; {drag / 1e3:.0f} kN of drag would be left")
+
+    def _pressure_or_torque(self) -> LoadTrip:
+        """Which of the two is wrong, by hook load and rate. A pressure that changes at once trips before this."""
+        evidence = self.evidence
+        onset = evidence.onset(_ONSET_SHARE * self.tolerance)
+        change = evidence.change_since(onset)
+        figures = (f"torque stands for {evidence.difference / 1e3:+.1f} kN m against pressure, "
+                   f"{_SAFE_SIDE * self.tolerance / 1e3:.1f} below and {self.tolerance / 1e3:.1f} above can be wrong")
+        if change is not None:
+            figures += (f"; weight since then by torque {change.torque / 1e3:+.0f} kN, by pressure "
+                        f"{change.pressure / 1e3:+.0f}, by hook load {change.hook_load / 1e3:+.0f}, by rate "
+                        f"{change.rate / 1e3:+.0f}")
+            by_torque, by_pressure = (
+                _misfit(change, weight, self.target_weight) for weight in (change.torque, change.pressure))
+            if by_torque > by_pressure:
+                return LoadTrip(LoadFault.TORQUE, figures)
+        if self.holds:
+            sudden = LoadFault.LOST_STROKES if evidence.difference > 0.0 else LoadFault.PLUGGED_NOZZLE
+            return LoadTrip(sudden, figures)
+        return LoadTrip(LoadFault.WASHOUT if evidence.difference > 0.0 else LoadFault.TRANSMITTER, figures)
+
+
+def _misfit(change: LoadChange, weight: float, target_weight: float) -> float:
+    """Squared misfit of hook load and rate if the weight has changed by `weight` (N)."""
+    hook = (change.hook_load - weight) / _HOOK_SIGMA if math.isfinite(change.hook_load) else 0.0
+    rate = (change.rate - weight) / (_RATE_SIGMA * target_weight) if math.isfinite(change.rate) else 0.0
+    return hook * hook + rate * rate
