@@ -87,7 +87,7 @@ def test_every_channel_has_every_fault():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("fault", "status", "reason"), [
-    (LostFlow(0.10, 240.0, 600.0), "off_bottom_pressure", "washout"),
+    (LostFlow(0.15, 300.0, 600.0), "off_bottom_pressure", "washout"),
     (SensorFault("surface_torque", drift=6.0, start=240.0), "load_channels", "torque sensor")])
 def test_fault_stops_lowering_with_its_reason(fault, status, reason):
     scenario = dataclasses.replace(HOLD, duration=780.0, faults=(fault,))

@@ -22,6 +22,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 _REFERENCE_TIME = 120.0   # s of steady drilling
+_MAX_SCALE = 1.15         # more than that is pressure that was lost during the reference period
 _SMOOTHING_TIME = 25.0    # s, of the difference between torque and pressure
 # Drag is learnt with a time constant (s) and a largest rate (N/s): quickly while the load comes on, then so that it
 # follows friction and not a hook load that jumps.
@@ -114,7 +115,7 @@ class LoadEvidence:
         self._torque_sum += sample.duration * sample.torque
         self._reactive_sum += sample.duration * sample.reactive_torque
         if self._learnt_for >= _REFERENCE_TIME and self._reactive_sum > 0.0 and self._torque_sum > 0.0:
-            self.scale = self._torque_sum / self._reactive_sum
+            self.scale = min(self._torque_sum / self._reactive_sum, _MAX_SCALE)
             self.known = True
             self.difference = 0.0
             self._samples.clear()
@@ -123,8 +124,7 @@ class LoadEvidence:
         """The larger of two weights leaves the smaller drag, and so never too small a weight by hook load."""
         if not math.isfinite(sample.hook_deficit):
             return
-        by_torque = self.by_torque(sample) if self.known else 0.0
-        drag = sample.hook_deficit - max(self.by_pressure(sample), by_torque)
+        drag = sample.hook_deficit - max(self.by_pressure(sample), self.by_torque(sample))
         if math.isnan(self.drag):
             self.drag = drag
         time, rate = _LATER_DRAG if self.known else _FIRST_DRAG

@@ -27,7 +27,7 @@ _WALK, _DRIFT = math.radians(0.6), math.radians(0.15)   # rad/sqrt(s), of the to
 # Prior of the mean torque of a cycle with an unloaded bit: bias of the sensor, N m, and friction that differs between
 # right and left, as a share of the breakover torque beyond this one, N m. A shorter string shows the difference soon
 # enough by MWD, and a wider prior would double its time to set where friction depends on the pipe's angle.
-_BIAS_SIGMA, _DIRECTION_SIGMA, _DIRECTION_FROM = 200.0, 0.12, 11e3
+_BIAS_SIGMA, _DIRECTION_SIGMA, _DIRECTION_FROM = 200.0, 0.25, 8.5e3
 _TWIST_SHARE = 0.1           # error of the twist over the driving twist
 _MOVE_SHARE = 0.3            # of a move of the centre, that surface torque does not show yet
 _QUICK_TIME, _SMOOTH_TIME = 0.5, 6.0   # s, filters of differential pressure
