@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from slider_drilling.commands.closed_loop import command
+from slider_drilling.control.interface import MwdSample, RigCommand
+from slider_drilling.drillstring import VirtualRig
+from slider_drilling.errors import InputError
 from slider_drilling.slide_scenarios import SCENARIOS, run_scenario
 from slider_drilling.slide_scenarios.fault_scenarios import FAULTS
 from slider_drilling.slide_scenarios.fault_table import HEADER, limits_for, outcome_of, terminal_row
 from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.rig_faults import LostFlow, PluggedNozzle, SensorFault
-from slider_drilling.commands.closed_loop import command
-from slider_drilling.control.interface import MwdSample, RigCommand
-from slider_drilling.drillstring import VirtualRig
-from slider_drilling.errors import InputError
 
 HOLD = next(scenario for scenario in SCENARIOS if scenario.name == "hold, 4.0 km")
 STILL = RigCommand(0.0, 0.0, 0.0, 12.3)

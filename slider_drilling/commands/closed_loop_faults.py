@@ -32,11 +32,11 @@ def run_faults(
     Raises:
         InputError: The controller or a setting cannot be used, or the file cannot be written.
     """
-    from slider_drilling.slide_scenarios import fault_table, run_all
-    from slider_drilling.slide_scenarios.contenders import UNDER_TEST
     from slider_drilling.commands.overrides import parse_settings
     from slider_drilling.console.streams import progress_bar
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
+    from slider_drilling.slide_scenarios import fault_table, run_all
+    from slider_drilling.slide_scenarios.contenders import UNDER_TEST
 
     if output is not None:
         make_folder(output)
@@ -66,8 +66,8 @@ def print_faults(rows: list[FaultOutcome], limits: SlideLimits) -> None:
     """Print the table and each reason that stopped a slide."""
     from rich.table import Table
 
-    from slider_drilling.slide_scenarios.fault_table import HEADER, terminal_row
     from slider_drilling.console.streams import stdout
+    from slider_drilling.slide_scenarios.fault_table import HEADER, terminal_row
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for index, label in enumerate(HEADER):

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.slide_scenarios.run import ScenarioResult
 from slider_drilling.control import SlideSettings
 from slider_drilling.control.block.auto_driller import AutoDriller
 from slider_drilling.control.estimation.calibrated_rig import with_worn_motor
 from slider_drilling.control.load_supervision import WEIGHT_LIMIT_SHARE
+from slider_drilling.slide_scenarios.run import ScenarioResult
 
 SCHEMA = "slider_drilling/closed_loop_faults/1"
 # Statuses that a fault raises; the others follow from it or belong to the start of every slide.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from slider_drilling.slide_scenarios.rig_faults import RigFault
 from slider_drilling.drillstring import InitialState
 from slider_drilling.effects import Effects
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
+from slider_drilling.slide_scenarios.rig_faults import RigFault
 
 WELLS = {"2.6 km": "config/rig.short.yaml", "4.0 km": "config/rig.example.yaml", "5.6 km": "config/rig.long.yaml"}
 

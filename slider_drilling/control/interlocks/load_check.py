@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from slider_drilling.control.estimation.load_evidence import LoadChange, LoadEvidence, LoadSample
 
 _TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
-_SAFE_SIDE = 2.0            # times that, where torque stands for less than pressure: the weight is then too small
+_SAFE_SIDE = 1.4            # times that, where torque stands for less than pressure: the weight is then too small
 _UNKNOWN_SCALE = 0.3        # share of the target torque besides, until the reference period has ended
 _LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
 _CONFIRM_TIME = 20.0        # s of contradiction before it counts
