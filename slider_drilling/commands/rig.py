@@ -147,7 +147,7 @@ def tables(name: str | None, as_json: bool) -> None:
                     for title, table in chosen.items()})  # fmt: skip
         return
     for title, table in chosen.items():
-        stdout().print(f"{title}: {table.source}")
+        stdout().print(f"{title}: compare with {table.source}")
         for line in _aligned([table.head, *table.rows()]):
             stdout().print(line)
         stdout().print()

@@ -1,4 +1,4 @@
-"""The tables inside the package as text, each with its source."""
+"""The tables inside the package as text, each with the document to compare it with."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Row = tuple[str, ...]
 
 @dataclass(frozen=True)
 class EquipmentTable:
-    """Heads with units, source, and a function that gives the rows."""
+    """Heads with units, the document that holds such values, and a function that gives the rows."""
 
     head: Row
     source: str
