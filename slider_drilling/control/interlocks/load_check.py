@@ -17,7 +17,9 @@ _TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bia
 _SAFE_SIDE = 1.4            # times that, where torque stands for less than pressure: the weight is then too small
 _UNKNOWN_SCALE = 0.3        # share of the target torque besides, until the reference period has ended
 _LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
-_CONFIRM_TIME = 20.0        # s of contradiction before it counts
+_CONFIRM_TIME = 20.0        # s of contradiction, less a quarter of those without, before it counts
+_FORGET_SHARE = 0.25
+_MAX_DOUBT_SHARE = 0.15     # of the target torque: the most that a turning or wound string may excuse
 # The reference needs a toolface this close to its target, and no more other torque than this share of the motor's.
 _REFERENCE_ERROR, _REFERENCE_SHARE = math.radians(8.0), 0.15
 _SETTING_ERROR = math.radians(30.0)   # rad of toolface; the torque of a string that is being turned says little
@@ -172,8 +174,9 @@ class LoadCheck:
     def update_cycle(self, sample: LoadSample, conditions: LoadConditions) -> None:
         """Take one rocking cycle: compare torque and hook load with pressure."""
         evidence = self.evidence
-        self.tolerance = (_TORQUE_SIGMAS + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
-                          + _LEAD_SHARE * conditions.lead_torque + conditions.turning_torque)
+        excused = min(_LEAD_SHARE * conditions.lead_torque + conditions.turning_torque,
+                      _MAX_DOUBT_SHARE * self.target_torque)
+        self.tolerance = _TORQUE_SIGMAS + excused + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
         turning = abs(conditions.error) > _SETTING_ERROR
         # Torque that winds or turns the string would be taken for the motor's.
         disturbed = conditions.lead_torque + conditions.turning_torque > _REFERENCE_SHARE * self.target_torque
@@ -188,7 +191,8 @@ class LoadCheck:
             return
         below = _SAFE_SIDE * self.tolerance
         beyond = not -below <= evidence.difference <= self.tolerance and not turning
-        self._beyond_for = self._beyond_for + sample.duration if beyond else 0.0
+        # The difference is smoothed and the tolerance is not: one cycle that excuses much does not clear the others.
+        self._beyond_for = max(self._beyond_for + sample.duration * (1.0 if beyond else -_FORGET_SHARE), 0.0)
         if self._beyond_for >= _CONFIRM_TIME:
             self.trip = self._pressure_or_torque()
             return
