@@ -1,0 +1,89 @@
+"""StepLimits of a step: torque, weight on bit, pressure, toolface, and whether the bit may be on bottom."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Rig
+from slider_drilling.schema.fields import quantity
+
+_TORQUE: dict[str, Any] = {"at_least": 500.0, "at_most": 5e5, "usual": (500.0, 5e5), "mistaken_for": ("kN m",)}
+_MAKE_UP, _BACK_OFF = 25e3, 15e3  # N m; those of the slide controller
+_TORQUE_SHARE = 0.9  # of the weakest connection and of the top drive, for limits that the file leaves out
+_WEIGHT_SHARE, _STALL_SHARE = 0.85, 0.85  # of the motor's largest pressure
+_TOLERANCE = math.radians(30.0)
+
+ON_BOTTOM, OFF_BOTTOM, EITHER = "on bottom", "off bottom", "either"
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """What a step must not exceed; a step that is about to is aborted.
+
+    What a step leaves out holds from the programme; what the programme leaves out, from the rig (`complete`).
+
+    Attributes:
+        right_torque: Surface torque to the right (make-up).
+        left_torque: Surface torque to the left (back-off).
+        weight_on_bit: Largest weight on bit.
+        pressure: Largest standpipe pressure, gauge.
+        tool_face_tolerance: Largest toolface error while a slide drills at its target.
+        bit: "on bottom", "off bottom", or "either".
+    """
+
+    right_torque: float | None = quantity("N m", None, why="in N m, not kN m", **_TORQUE)
+    left_torque: float | None = quantity("N m", None, why="in N m, not kN m", **_TORQUE)
+    weight_on_bit: float | None = quantity("N", None, at_least=5e3, at_most=2e6, usual=(5e3, 2e6),
+                                           mistaken_for=("kN",), why="in N, not kN")  # fmt: skip
+    pressure: float | None = quantity("Pa", None, at_least=1e5, at_most=1.5e8, usual=(1e6, 1.5e8),
+                                      mistaken_for=("bar",), why="in Pa, not bar")  # fmt: skip
+    tool_face_tolerance: float | None = quantity("rad", None, at_least=0.17, at_most=math.pi,
+                                                 why="10 deg at least: a toolface is not held closer")  # fmt: skip
+    bit: str | None = None
+
+    def over(self, wider: StepLimits) -> StepLimits:
+        """These limits; where one is left out, the other's."""
+        given = {field.name: value for field in fields(self) if (value := getattr(self, field.name)) is not None}
+        return replace(wider, **given)
+
+
+@dataclass(frozen=True)
+class CompleteLimits:
+    """StepLimits of which none is left out; attributes as in `StepLimits`."""
+
+    right_torque: float
+    left_torque: float
+    weight_on_bit: float
+    pressure: float
+    tool_face_tolerance: float
+    bit: str
+
+
+def check_bit(limits: StepLimits, source: str, where: str) -> None:
+    """Check the word for the bit. Raises InputError."""
+    known = (ON_BOTTOM, OFF_BOTTOM, EITHER)
+    if limits.bit is not None and limits.bit not in known:
+        raise InputError(f"{source}: {where}.bit = {limits.bit[:60]!r}: must be {', '.join(known[:2])} or {known[2]}")
+
+
+def rig_limits(rig: Rig) -> StepLimits:
+    """StepLimits that a rig file implies.
+
+    Torque: those of the slide controller, or less where a connection or the top drive takes less. Weight and pressure:
+    the share of the motor's largest pressure that counts as stall.
+    """
+    weakest = min((section.make_up_torque for section in rig.string.sections if section.make_up_torque is not None),
+                  default=math.inf)  # fmt: skip
+    most = _TORQUE_SHARE * min(weakest, rig.top_drive.max_torque)
+    weight = _WEIGHT_SHARE * rig.motor.max_pressure * rig.motor.torque_per_pressure / rig.bit.lever
+    pressure = rig.circulating_pressure + _STALL_SHARE * rig.motor.max_pressure
+    return StepLimits(min(_MAKE_UP, most), min(_BACK_OFF, most), weight, pressure, _TOLERANCE, EITHER)
+
+
+def complete(step: StepLimits, programme: StepLimits, rig: Rig) -> CompleteLimits:
+    """The limits of a step on a rig: its own, else the programme's, else the rig's."""
+    merged = step.over(programme).over(rig_limits(rig))
+    return CompleteLimits(**{field.name: getattr(merged, field.name) for field in fields(merged)})
