@@ -11,6 +11,7 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import TOPICS, LogWriter, read_log
+from slider_drilling.messages import cdr
 from slider_drilling.messages.message_types import MESSAGE_TYPES
 from slider_drilling.messages.topics import JOINT_STATE, canonical_type, namespace_of
 
@@ -27,6 +28,18 @@ def write_own(path: Path) -> None:
     with LogWriter(path) as writer:
         for step in range(20):
             writer.joint_state("top_drive/joint_states", 1000.0 + 0.1 * step, "top_drive", 0.1 * step, 1.0, step)
+
+
+def test_atomic_command_is_read_as_its_drives(tmp_path: Path) -> None:
+    path = tmp_path / "atomic.mcap"
+    with LogWriter(path) as writer:
+        writer.joint_state("top_drive/joint_states", 0.0, "top_drive", 0.0, 0.0, 0.0)
+        names, speeds = ("top_drive", "block", "mud_pump"), (0.5, 0.01, 12.0)
+        data = cdr.encode_joint_states(0, names, (1.5, float("nan"), float("nan")), speeds)
+        writer.message("drives/command", JOINT_STATE, data, 0, 0)
+    log = read_log(path)
+    assert (log.top_drive_command.position[0], log.top_drive_command.velocity[0]) == (1.5, 0.5)
+    assert log.draw_works_command.velocity[0] == 0.01
 
 
 class TestOtherMakers:

@@ -35,7 +35,7 @@ class Bridge:
 
     def say(self, **values: float) -> None:
         for name, value in values.items():
-            self.gate.put(name, value, time.monotonic())
+            self.gate.put({name: value}, time.monotonic())
 
     def status(self, name: str) -> tuple[int, str]:
         found = {status.name: (int(status.level), status.message) for status in self.link.statuses()}
@@ -191,6 +191,15 @@ def test_pump_is_stopped_only_if_asked(server: RigServer, start: Callable[..., B
     command_all(bridge, server)
     bridge.link.stop()
     assert wanted(server)[3] == 0.0
+
+
+def test_command_of_several_values_is_refused_as_a_whole() -> None:
+    mapping = load_mapping(EXAMPLE)
+    gate = CommandGate(mapping.write, mapping.command_timeout)
+    gate.put({"top_drive_angle": 1.0, "block_speed": 50.0}, 0.0)
+    assert "block_speed = " in gate.refused and gate.take(0.0) == {}
+    gate.put({"top_drive_angle": 1.0, "block_speed": 0.01}, 0.0)
+    assert gate.take(0.0) == {"top_drive_angle": 1.0, "block_speed": 0.01}
 
 
 def test_command_beyond_the_limits_is_refused(server: RigServer, start: Callable[..., Bridge]) -> None:

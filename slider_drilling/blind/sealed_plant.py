@@ -58,7 +58,7 @@ def simulate_sealed(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, co
     """
     state, substeps, responses = None, None, []
     modifiers = _modifiers(rig, perturbation, law)
-    for changed, part in _parts(rig, perturbation, law, commands):
+    for changed, part in _parts(rig, perturbation, law, commands, law.change_commands(commands)):
         substeps = substeps or _substeps(changed, perturbation)
         plant = Plant(changed, perturbation.elements, INTERVAL_S, perturbation.start, modifiers, substeps)
         if state is not None:
@@ -85,8 +85,8 @@ def simulate_foreign(
     changes = slow_changes(structure, float(commands.time[-1]), generator)
     modifiers = _modifiers(rig, perturbation, law)
     plant: ForeignPlant | None = None
-    responses = []
-    for changed, part in _parts(rig, perturbation, law, commands):
+    responses, true_commands = [], law.change_commands(commands)
+    for changed, part in _parts(rig, perturbation, law, commands, true_commands):
         following = ForeignPlant(
             changed, perturbation.elements, INTERVAL_S, perturbation.start, modifiers, structure, changes,
             plant.substeps if plant else None,
@@ -96,7 +96,6 @@ def simulate_foreign(
         responses.append(following.advance(part))
         plant = following
     assert plant is not None
-    true_commands = law.change_commands(commands)
     # The encoder shows where the drive is, but for what the law hides from it.
     angle = plant.driven[:, 0] - true_commands.top_drive_angle + commands.top_drive_angle
     speed = plant.driven[:, 1] - true_commands.top_drive_speed + commands.top_drive_speed
@@ -113,10 +112,9 @@ def _modifiers(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw) -> Modi
 
 
 def _parts(
-    rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands
+    rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands, true_commands: Commands
 ) -> Iterator[tuple[Rig, Commands]]:
     """Yields the rig as it is and the true commands for each part of the run over which the law is constant."""
-    true_commands = law.change_commands(commands)
     samples = commands.time.size if law.update_interval is None else round(law.update_interval / INTERVAL_S)
     for begin in range(0, commands.time.size, samples):
         at = _operating_point(rig, commands, begin, samples)

@@ -17,13 +17,15 @@ from slider_drilling.log.timestamps import StampedSamples
 from slider_drilling.log.topic_map import TopicMap
 from slider_drilling.messages.decoder import ENCODINGS, Integers, TopicDecoder
 from slider_drilling.messages.message_types import JOINT_STATE
-from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, namespace_of
 
 # Approximate limit of samples: a week at 10 Hz, in a bit more than 1 GB of memory.
 MAX_SAMPLES = 25_000_000
-# A topic of this name may hold several joints, each under the name that the registry has for it.
-SHARED_TOPIC = "joint_states"
-SHARED_SERIES = ("top_drive", "draw_works", "mud_pump")
+# Topics of these names may hold several joints, each under the name that the registry has for it: their series.
+SHARED_TOPICS = {
+    "joint_states": ("top_drive", "draw_works", "mud_pump"),
+    DRIVES_COMMAND.name: ("top_drive_command", "draw_works_command"),
+}
 FILE_CHANNEL = 0xFFFF  # the bits of a channel's id that are its id in the file
 
 
@@ -48,7 +50,8 @@ class SeriesMatch:
     @property
     def namespace(self) -> str | None:
         """In front of the topic's name; None where the topic is named by a topics file."""
-        return namespace_of(self.topic, SHARED_TOPIC if self.is_shared else TOPICS[self.key].name)
+        shared = next((name for name, keys in SHARED_TOPICS.items() if self.key in keys), "")
+        return namespace_of(self.topic, shared if self.is_shared else TOPICS[self.key].name)
 
 
 @dataclass
@@ -236,17 +239,10 @@ def match_series(topic: str, type_name: str | None, topics: TopicMap) -> list[Se
     for match in named + own:
         if type_name is not None and canonical_type(type_name) != TOPICS[match.key].type:
             return f"its type is {type_name}, not {TOPICS[match.key].type}"
-    if not own and _is_shared(topic, type_name):
+    if not own and type_name is not None and canonical_type(type_name) == JOINT_STATE:
         own = [
-            SeriesMatch(key, topic, TOPICS[key].joint, is_shared=True) for key in SHARED_SERIES if key not in topics
-        ]
+            SeriesMatch(key, topic, TOPICS[key].joint, is_shared=True)
+            for shared, keys in SHARED_TOPICS.items() if namespace_of(topic, shared) is not None
+            for key in keys if key not in topics
+        ]  # fmt: skip
     return named + own
-
-
-def _is_shared(topic: str, type_name: str | None) -> bool:
-    """Whether a topic may hold the states of several joints of a rig."""
-    return (
-        namespace_of(topic, SHARED_TOPIC) is not None
-        and type_name is not None
-        and canonical_type(type_name) == JOINT_STATE
-    )

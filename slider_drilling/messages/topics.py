@@ -203,6 +203,8 @@ TOPICS: dict[str, Topic] = {
         "measured depth of the bit m, rate of penetration m/s", is_simulated_only=True,
     ),
 }  # fmt: skip
+# The commands of all drives in one message, which is taken or refused as a whole; instead of their own topics.
+DRIVES_COMMAND = Topic("drives/command", JOINT_STATE)
 DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY, content="health of each node")
 
 # The first of these that a log holds gives its t = 0. Order matters: the top drive is what drives the plant.

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from rclpy.node import Node
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import TOPICS, Topic
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox, Refusal
+from slider_drilling.nodes.joint_names import named
 
 COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
 STANDING_SPEED = 0.01  # rad/s, below which the top drive stands
@@ -26,11 +28,13 @@ class CommandSubscriptions:
         inbox: Takes the commands.
         on_command: Called after every command that the inbox took.
         top_drive_speed: Returns the measured speed, rad/s.
+        joints: Values of the parameters that name the joints.
     """
 
     def __init__(
-        self, node: Node, inbox: CommandInbox, on_command: Callable[[], None], top_drive_speed: Callable[[], float]
-    ) -> None:
+        self, node: Node, inbox: CommandInbox, on_command: Callable[[], None], top_drive_speed: Callable[[], float],
+        joints: Mapping[str, Any],
+    ) -> None:  # fmt: skip
         self._node = node
         self._top_drive_speed = top_drive_speed
         self._inbox = inbox
@@ -38,11 +42,12 @@ class CommandSubscriptions:
         self._refusals: dict[str, str] = {}  # topic -> reason, since the last status
         self._timed_out: list[str] = []
         self._unanswered = self._reported_unanswered = 0
-        topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], raw_topics.PUMP_COMMAND)
+        known = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], raw_topics.PUMP_COMMAND)
+        topics = [named(topic, joints) for topic in known]
         self._subscriptions = {
             topic.name: raw_topics.subscription(node, topic, self._receiver(topic)) for topic in topics
         }
-        self._all_drives = raw_topics.subscription(node, raw_topics.DRIVES_COMMAND, self._drives_receiver(topics))
+        self._all_drives = raw_topics.subscription(node, DRIVES_COMMAND, self._drives_receiver(topics))
 
     def unpublished(self) -> list[str]:
         """Topics that nobody publishes, neither by themselves nor in the command of all drives."""
@@ -121,17 +126,24 @@ class CommandSubscriptions:
         )
 
     def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
-        def receive(stamp_ns: int, position: float, velocity: float, effort: float) -> None:
+        decoder = TopicDecoder(topic)
+
+        def receive(data: bytes) -> None:
+            try:
+                stamp_ns, (position, velocity, _) = decoder.decode_one(data)
+            except InputError as error:
+                self._report_refusal(topic.name, Refusal(Level.ERROR, str(error)))
+                return
             refusal = self._inbox.put(topic.name, stamp_ns, position, velocity)
             if refusal is None:
                 self._on_command()
             else:
                 self._report_refusal(topic.name, refusal)
 
-        return raw_topics.decoding(self._node, topic, receive)
+        return receive
 
     def _drives_receiver(self, topics: Sequence[Topic]) -> Callable[[bytes], None]:
-        name = raw_topics.DRIVES_COMMAND.name
+        name = DRIVES_COMMAND.name
         decoders = {topic.name: TopicDecoder(Topic(name, topic.type, topic.joint)) for topic in topics}
 
         def receive(data: bytes) -> None:

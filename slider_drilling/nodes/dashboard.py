@@ -11,7 +11,6 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_msgs.msg import String
@@ -24,7 +23,8 @@ from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.guarded import guarded
+from slider_drilling.nodes.guarded import GuardedNode, guarded
+from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import steady_timer
@@ -37,7 +37,7 @@ REQUEST_PERIOD = 0.05  # s of wall time between two looks for requests of the pa
 PARAMETER_PERIOD = 2.0  # s of wall time between two reads of the nodes' parameters
 
 
-class Dashboard(Node):
+class Dashboard(GuardedNode):
     """Shows the rig of its namespace on a page, see `slider_drilling.live`."""
 
     NAME = "dashboard"
@@ -46,6 +46,7 @@ class Dashboard(Node):
         NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
         NodeParameter("units", "si", f"units of the page: {' or '.join(UNITS)}"),
         NodeParameter("token_file", "", "file of the token, made if it is missing; empty: a temporary one if needed"),
+        *JOINT_NAMES,
     )
 
     def __init__(self, shutdown_request: ShutdownRequest | None = None, **node_options: Any) -> None:
@@ -56,11 +57,12 @@ class Dashboard(Node):
         if values["units"] not in UNITS:
             raise InputError(f"dashboard: units = {values['units']!r}: must be {' or '.join(UNITS)}")
         self.state, self.requests = LiveState(), RequestQueue()
+        self._joints = values
         self._subscribe()
         self._clients_by_service: dict[tuple[str, str], Any] = {}
         self._adjustable: dict[str, list[LiveParameter]] = {}  # by node
-        steady_timer(self, REQUEST_PERIOD, guarded(self, "a request of the page", self._serve_requests))
-        steady_timer(self, PARAMETER_PERIOD, guarded(self, "parameters", self._read_parameters))
+        steady_timer(self, REQUEST_PERIOD, self._serve_requests)
+        steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
         address = Address(values["host"], values["port"], values["token_file"])
         self._server = PageServer(self.state, self.requests, address, UNITS[values["units"]])
         # Without the token: the message is on /rosout and in log files.
@@ -87,16 +89,10 @@ class Dashboard(Node):
             ("truth_bit", lambda stamp_ns, angle, *_: setattr(state, "truth", angle)),
             ("standpipe_pressure", lambda stamp_ns, pressure, _: state.set_pressure(stamp_ns / 1e9, pressure)),
         ):
-            topic = TOPICS[name]
-            raw_topics.subscription(self, topic, guarded(self, topic.name, raw_topics.decoding(self, topic, use)))
-        on_diagnostics = guarded(self, DIAGNOSTICS.name, self._on_diagnostics)
-        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, on_diagnostics, raw_topics.RELIABLE)
-        self.create_subscription(
-            String,
-            raw_topics.RIG_DESCRIPTION.name,
-            guarded(self, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description),
-            raw_topics.LATCHED,
-        )
+            topic = named(TOPICS[name], self._joints)
+            raw_topics.subscription(self, topic, raw_topics.decoding(self, topic, use))
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
+        self.create_subscription(String, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description, raw_topics.LATCHED)
 
     def _on_tool_face(self, stamp_ns: int, angle: float, velocity: float, effort: float) -> None:
         if math.isfinite(angle):

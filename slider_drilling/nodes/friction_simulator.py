@@ -16,6 +16,7 @@ from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox, CommandLimits
 from slider_drilling.nodes.command_subscriptions import COMMANDS, CommandSubscriptions
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.joint_names import JOINT_NAMES
 from slider_drilling.nodes.late_joiners import LateJoiners
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.pace import Pace
@@ -55,6 +56,7 @@ class FrictionSimulator(ManagedNode):
                       0.1, 3600.0, live=True),
         NodeParameter("command_timeout", 1.0, "rig time without a command, in real time, after which the top drive "
                       "holds and the block stops", "s", 0.2, 60.0, live=True),
+        *JOINT_NAMES,
         AUTOSTART,
     )  # fmt: skip
 
@@ -80,13 +82,13 @@ class FrictionSimulator(ManagedNode):
         )
         self._inbox.reset(self._stamp_ns)
         self._commands = CommandSubscriptions(
-            self, self._inbox, self._on_command, lambda: self._virtual.measurements.top_drive_speed
+            self, self._inbox, self._on_command, lambda: self._virtual.measurements.top_drive_speed, values
         )
         self._late_joiners = LateJoiners(self._commands.controller_ids)
         # Published before the channels: a recorder that finds the top drive expects a description.
         description = self.create_publisher(String, raw_topics.RIG_DESCRIPTION.name, raw_topics.LATCHED)
         description.publish(String(data=rig_text))
-        self._topics = RigPublishers(self, self._rig.sensors.standpipe_pressure.noise**2)
+        self._topics = RigPublishers(self, self._rig.sensors.standpipe_pressure.noise**2, values)
         self._diagnostics = DiagnosticsPublisher(self, rig_name(values["rig"]))
         stepping_services(self, self._pause, self._step_once)
         reset_service(self, self._reset)

@@ -10,6 +10,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.timer import Timer
 
 from slider_drilling.errors import InputError
+from slider_drilling.nodes.guarded import GuardedNode
 from slider_drilling.nodes.parameters import NodeParameter, current_values, declare, on_change, warn_of_unknown
 from slider_drilling.nodes.raw_topics import destroy, entities
 from slider_drilling.nodes.shutdown import ShutdownRequest
@@ -18,7 +19,7 @@ from slider_drilling.nodes.spin import steady_timer
 AUTOSTART = NodeParameter("autostart", True, "configure and activate on start; false: a lifecycle manager does it")
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(GuardedNode, LifecycleNode):
     """A lifecycle node that declares its parameters, runs its transitions and reports why one failed.
 
     A subclass sets `NAME` and `PARAMETERS` and overrides the hooks `configure`, `activate`, `deactivate`, `end`,

@@ -18,6 +18,7 @@ from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.logged_commands import COMMANDS, LoggedCommands
 from slider_drilling.nodes.pace import Pace
@@ -53,6 +54,7 @@ class LogPlayer(ManagedNode):
         NodeParameter("commands_only", False, "answer a simulated rig's samples with the log's commands, on its time"),
         NodeParameter("beside", "", "with commands_only: namespace in which the log's other topics are published, on "
                       "the rig's time; empty: none"),
+        *JOINT_NAMES,
         AUTOSTART,
     )  # fmt: skip
 
@@ -69,7 +71,7 @@ class LogPlayer(ManagedNode):
         self._paused = values["paused"]
         self._subscribers_wanted = values["minimum_subscribers"]
         self._rig_start_ns: int | None = None  # with commands_only: stamp of the rig's first sample
-        self._commands = LoggedCommands(self._log, values["log"]) if values["commands_only"] else None
+        self._commands = LoggedCommands(self._log, values["log"], values) if values["commands_only"] else None
         has_clock = values["publish_clock"] and self._commands is None
         self._clock_publisher = raw_topics.publisher(self, raw_topics.CLOCK) if has_clock else None
         self._make_publishers()
@@ -100,7 +102,7 @@ class LogPlayer(ManagedNode):
         else:
             beside = self.values["beside"].strip("/")
             played = {name: f"{beside}/{name}" for name in self._log.types if beside}
-            sample = TOPICS["top_drive"]
+            sample = named(TOPICS["top_drive"], self.values)
             on_sample = raw_topics.decoding(self, sample, lambda stamp_ns, *numbers: self._answer_sample(stamp_ns))
             raw_topics.subscription(self, sample, on_sample)
         made = {name: self._publisher(topic, self._log.types[name]) for name, topic in played.items()}
@@ -236,7 +238,8 @@ class LogPlayer(ManagedNode):
             if topic.name in self._command_publishers:
                 angle, velocity = self._commands.at(topic.name, elapsed)
                 position = angle if topic is TOPICS["top_drive_command"] else None
-                command = cdr.encode_joint_state(stamp_ns, topic.joint, position, velocity)
+                joint = named(topic, self.values).joint
+                command = cdr.encode_joint_state(stamp_ns, joint, position, velocity)
                 self._command_publishers[topic.name].publish(command)
         if elapsed > self._commands.end:
             self.get_logger().info("the log's commands are at their end")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import bisect
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS, Topic
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.joint_names import named
 from slider_drilling.nodes.played_log import LoggedMessage, PlayedLog
 
 COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
@@ -40,19 +43,21 @@ class LoggedCommands:
         end: Time of the last command, s.
         missing: A note for each topic without commands.
 
+    Args:
+        played: The log.
+        source: Its name, for messages.
+        joints: Values of the parameters that name the joints.
+
     Raises:
         InputError: The log has no commands for the top drive.
     """
 
-    def __init__(self, played: PlayedLog, source: str) -> None:
+    def __init__(self, played: PlayedLog, source: str, joints: Mapping[str, Any]) -> None:
         self.begin_ns = _first_sample(played)
         self._series: dict[str, CommandSeries] = {}
         for topic in COMMANDS:
-            rows = sorted(
-                (_stamp(message.data, message.time_ns), *_command(message, topic, source))
-                for message in played.messages
-                if message.topic == topic.name
-            )
+            own = named(topic, joints)
+            rows = _commands(played, own, topic.name, source) or _commands(played, own, DRIVES_COMMAND.name, source)
             if rows:
                 self._series[topic.name] = CommandSeries(
                     [(stamp - self.begin_ns) / 1e9 for stamp, _, _ in rows],
@@ -84,12 +89,22 @@ class LoggedCommands:
         return position + velocity * min(max(time - series.times[index], 0.0), MAX_EXTRAPOLATION), velocity
 
 
-def _command(message: LoggedMessage, topic: Topic, source: str) -> tuple[float, float]:
+def _commands(played: PlayedLog, topic: Topic, name: str, source: str) -> list[tuple[int, float, float]]:
+    """Stamp ns, position and velocity of the commands for a drive in the messages of a topic, in order."""
+    return sorted(
+        (_stamp(message.data, message.time_ns), *_command(message, topic.joint, source))
+        for message in played.messages
+        if message.topic == name
+    )
+
+
+def _command(message: LoggedMessage, joint: str, source: str) -> tuple[float, float]:
     """Position and velocity of a command. Raises InputError that names log and topic."""
     try:
-        _, position, velocity, _ = cdr.decode_joint_state(message.data, topic.joint)
+        _, position, velocity, _ = cdr.decode_joint_state(message.data, joint)
     except InputError as error:
-        raise InputError(f"{source}: {topic.name}: {error}; give a log with one joint a topic") from None
+        hint = "give a log with one joint a topic, or name the joints with top_drive_joint, block_joint and pump_joint"
+        raise InputError(f"{source}: {message.topic}: {error}; {hint}") from None
     return position, velocity
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.nodes.spin import steady_timer
@@ -40,6 +41,7 @@ class OpcuaBridge(ManagedNode):
     PARAMETERS = (
         NodeParameter("mapping", "", "path of the mapping file: which node of the server holds what, in which unit"),
         NodeParameter("command", False, "write commands to the rig; false: only read"),
+        *JOINT_NAMES,
         AUTOSTART,
     )
 
@@ -60,8 +62,9 @@ class OpcuaBridge(ManagedNode):
         self._diagnostics = DiagnosticsPublisher(self)
         if self._gate is not None:
             for key in sorted({WRITE[name].topic for name in self._mapping.write}):
-                topic = _COMMAND_TOPICS[key]
+                topic = named(_COMMAND_TOPICS[key], self.values)
                 raw_topics.subscription(self, topic, raw_topics.decoding(self, topic, self._command_receiver(key)))
+            raw_topics.subscription(self, DRIVES_COMMAND, self._receive_drives)
         steady_timer(self, _STATUS_PERIOD, self._report)
 
     def activate(self) -> None:
@@ -101,17 +104,34 @@ class OpcuaBridge(ManagedNode):
         return CommandGate(mapping.write, mapping.command_timeout)
 
     def _command_receiver(self, key: str) -> Callable[..., None]:
-        names = {name: WRITE[name].place for name in self._mapping.write if WRITE[name].topic == key}
-
         def receive(stamp_ns: int, *values: float) -> None:
-            if self._gate is None or not self.is_active:
-                return
-            for name, place in names.items():
-                # A command may give a position without a speed, or a speed without a position.
-                if not math.isnan(values[place]):
-                    self._gate.put(name, values[place], time.monotonic())
+            if self._gate is not None and self.is_active:
+                self._gate.put(self._wanted({key: values}), time.monotonic())
 
         return receive
+
+    def _wanted(self, commands: Mapping[str, Sequence[float]]) -> dict[str, float]:
+        """What commands (topic key -> position, velocity, effort) want of the nodes of the server that may be written.
+
+        A command may give a position without a speed, or a speed without a position.
+        """
+        wanted = {name: commands[WRITE[name].topic][WRITE[name].place] for name in self._mapping.write
+                  if WRITE[name].topic in commands}  # fmt: skip
+        return {name: value for name, value in wanted.items() if not math.isnan(value)}
+
+    def _receive_drives(self, data: bytes) -> None:
+        """Take the command of all drives as a whole, or refuse it."""
+        if self._gate is None or not self.is_active:
+            return
+        try:
+            commands = {
+                key: cdr.decode_joint_state(data, named(topic, self.values).joint)[1:]
+                for key, topic in _COMMAND_TOPICS.items()
+            }
+        except InputError as error:
+            self._gate.refused = f"{DRIVES_COMMAND.name}: {error}"
+            return
+        self._gate.put(self._wanted(commands), time.monotonic())
 
     def _publish(self, sample: Sample) -> None:
         """Publish one sample, every channel of it with the same stamp. Called by the link's thread."""
@@ -128,7 +148,8 @@ class OpcuaBridge(ManagedNode):
             elif key == "mwd_tool_face":
                 self._publish_tool_face(first or 0.0, sample.mwd_time)
             else:
-                publisher.publish(cdr.encode_joint_state(stamp_ns, TOPICS[key].joint, *values[key]))
+                joint = named(TOPICS[key], self.values).joint
+                publisher.publish(cdr.encode_joint_state(stamp_ns, joint, *values[key]))
 
     def _publish_tool_face(self, tool_face: float, measured_at: datetime | None) -> None:
         """Publish a toolface once, stamped with when it was measured as the server has it."""

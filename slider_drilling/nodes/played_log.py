@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.log_files import find_log_files, open_reader
-from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, namespace_of
 from slider_drilling.nodes import raw_topics
 
 # Topics that are not played: the clock follows from the log times, the description is the log's attachment.
@@ -112,7 +112,7 @@ def _namespace(topics: Iterable[str]) -> str:
     namespaces = {
         namespace
         for topic in topics
-        for known in (*TOPICS.values(), raw_topics.PUMP_COMMAND)
+        for known in (*TOPICS.values(), raw_topics.PUMP_COMMAND, DRIVES_COMMAND)
         if (namespace := namespace_of(topic, known.name)) is not None
     }
     return namespaces.pop() if len(namespaces) == 1 else ""

@@ -20,11 +20,10 @@ from rclpy.subscription import Subscription
 from slider_drilling.errors import InputError
 from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.topics import JOINT_STATE, Topic
+from slider_drilling.nodes.guarded import guarded
 
 # Not among the topics of a log: carries a controller's pump speed to the rig.
 PUMP_COMMAND = Topic("mud_pump/command", JOINT_STATE, "mud_pump")
-# The commands of all three drives in one message, which is taken or refused as a whole; instead of their three topics.
-DRIVES_COMMAND = Topic("drives/command", JOINT_STATE)
 # Remapped into the rig's namespace by `run_node.own_clock`.
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
 RIG_DESCRIPTION = Topic("rig_description", "std_msgs/msg/String")
@@ -146,7 +145,7 @@ class SensorSubscription:
     def __init__(self, node: Node, topic: Topic, receive: Callable[[bytes], None]) -> None:
         self._node, self._topic, self._receive = node, topic, receive
         self._best_effort: Subscription | None = None
-        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
+        events = SubscriptionEventCallbacks(incompatible_qos=guarded(node, topic.name, self._on_incompatible))
         self._reliable = subscription(node, topic, receive, events=events)
 
     @property

@@ -13,7 +13,7 @@ from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
+from slider_drilling.messages.topics import DIAGNOSTICS, DRIVES_COMMAND, TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
@@ -23,7 +23,7 @@ from slider_drilling.nodes.services import trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
 
-RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, raw_topics.DRIVES_COMMAND,
+RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, DRIVES_COMMAND,
             raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)  # fmt: skip
 TOP_DRIVE = TOPICS["top_drive"]  # the topic whose messages show that a rig runs
 CONNECT_PERIOD = 0.02  # s of wall time between two looks for its publisher
@@ -138,7 +138,7 @@ class Recorder(ManagedNode):
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one per node."""
-        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, raw_topics.DRIVES_COMMAND, TOPICS["bit_depth"])
+        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, DRIVES_COMMAND, TOPICS["bit_depth"])
         needed = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
         return all(self.publisher_count(self.resolve_topic_name(name)) >= count for name, count in needed.items())
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -14,6 +15,7 @@ from slider_drilling.drillstring.virtual_rig import GroundTruth
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.joint_names import named
 
 MWD = TOPICS["mwd_tool_face"]
 _FIELDS = {source: {field.name for field in dataclasses.fields(source)} for source in (GroundTruth, Measurements)}
@@ -38,13 +40,15 @@ class RigPublishers:
     Args:
         node: Makes the publishers.
         pressure_variance: Of the standpipe pressure sensor, Pa2.
+        joints: Values of the parameters that name the joints.
     """
 
-    def __init__(self, node: Node, pressure_variance: float) -> None:
+    def __init__(self, node: Node, pressure_variance: float, joints: Mapping[str, Any]) -> None:
         self._variance = pressure_variance
         self._clock = raw_topics.publisher(node, raw_topics.CLOCK)
         self._mwd = raw_topics.publisher(node, MWD)
-        self._channels = [(topic, raw_topics.publisher(node, topic)) for topic in _published_topics()]
+        topics = [named(topic, joints) for topic in _published_topics()]
+        self._channels = [(topic, raw_topics.publisher(node, topic)) for topic in topics]
         self._sample: list[tuple[Publisher, bytes]] = []
 
     @property

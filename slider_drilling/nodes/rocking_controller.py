@@ -25,23 +25,24 @@ from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import JOINT_STATE, TOPICS, Topic
+from slider_drilling.messages.topics import DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
-from slider_drilling.nodes.own_echoes import OwnEchoes
 from slider_drilling.nodes.parameters import NodeParameter, declare
 from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
 from slider_drilling.nodes.safe_stop import safe_stop
 from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
+from slider_drilling.nodes.target_topic import TargetTopic
 from slider_drilling.nodes.watchdog import Watchdog
 
-# The parameters that name the drives' joints, by channel; the top drive's reading completes a sample.
-JOINT_PARAMETERS = {"mud_pump": "pump_joint", "draw_works": "block_joint", "top_drive": "top_drive_joint"}
+DRIVES = ("mud_pump", "draw_works", "top_drive")  # channels; the top drive's reading completes a sample
+COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
 SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
@@ -66,9 +67,7 @@ class RockingController(ManagedNode):
         NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
         NodeParameter("joint_states", "", "topic whose messages hold all three drives, joints named as below; empty: a "
                       "topic for each"),
-        NodeParameter("top_drive_joint", "top_drive", "name of the top drive's joint where a message holds several"),
-        NodeParameter("block_joint", "block", "name of the block's joint where a message holds several"),
-        NodeParameter("pump_joint", "mud_pump", "name of the mud pump's joint where a message holds several"),
+        *JOINT_NAMES,
         NodeParameter("atomic_command", False, "publish one command of all drives on drives/command, instead of three"),
         AUTOSTART,
     )  # fmt: skip
@@ -94,11 +93,9 @@ class RockingController(ManagedNode):
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
         self._reported_silence = 0.0  # s of wall time
         self._is_silence_logged = False
-        self._own_targets = OwnEchoes()
-        self._target_publisher = raw_topics.publisher(self, TOPICS["tool_face_target"])
         self._subscribe()
         # Made once the rig's topics are connected: a simulator in lockstep starts when it sees them.
-        self._command_publishers: dict[str, Publisher] = {}
+        self._command_publishers: list[Publisher] = []
         steady_timer(self, WATCH_PERIOD, self._on_timer)
         reset_service(self, self._reset)
         trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
@@ -148,7 +145,7 @@ class RockingController(ManagedNode):
             set_tool_face_target(self._controller, changes["tool_face_target"])
             self._target = changes["tool_face_target"]
             if self._stamp_ns is not None:
-                self._publish_target(self._stamp_ns)
+                self._target_topic.publish(self._stamp_ns, self._target)
 
     @property
     def settings(self) -> Any:
@@ -158,10 +155,8 @@ class RockingController(ManagedNode):
     def make_command_publishers(self) -> None:
         """Announce the commands, the top drive's last: a simulator that waits for it then knows the others."""
         if not self._command_publishers:
-            topics = [raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"]]
-            if self.values["atomic_command"]:
-                topics = [raw_topics.DRIVES_COMMAND]
-            self._command_publishers = {topic.joint: raw_topics.publisher(self, topic) for topic in topics}
+            topics = (DRIVES_COMMAND,) if self.values["atomic_command"] else COMMANDS
+            self._command_publishers = [raw_topics.publisher(self, topic) for topic in topics]
 
     def _build_controller(self) -> None:
         self._controller = load_controller(self.values["controller"], self._rig)
@@ -193,19 +188,20 @@ class RockingController(ManagedNode):
     def _subscribe(self) -> None:
         # MWD first: if several messages wait, an executor may take them in this order.
         self._mwd = self._sensor("mwd_tool_face", self._on_mwd)
-        raw_topics.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
+        self._target_topic = TargetTopic(self, self._take_target)
         self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *self._drives()]
 
     def _drives(self) -> list[raw_topics.SensorSubscription]:
         """The drives' subscriptions, the top drive's last; or the one to the topic that holds them all."""
         common = self.values["joint_states"]
-        joints = {name: self.values[parameter] for name, parameter in JOINT_PARAMETERS.items()}
         if not common:
-            return [self._sensor(name, self._joint_receiver(name), joint) for name, joint in joints.items()]
+            return [self._sensor(name, self._joint_receiver(name)) for name in DRIVES]
         topic = Topic(common, JOINT_STATE)
         receivers = [
-            raw_topics.decoding(self, replace(topic, joint=joint), self._joint_receiver(name))
-            for name, joint in joints.items()
+            raw_topics.decoding(
+                self, replace(named(TOPICS[name], self.values), name=common), self._joint_receiver(name)
+            )
+            for name in DRIVES
         ]
 
         def receive(data: bytes) -> None:
@@ -214,8 +210,8 @@ class RockingController(ManagedNode):
 
         return [raw_topics.SensorSubscription(self, topic, receive)]
 
-    def _sensor(self, name: str, receive: Callable[..., None], joint: str = "") -> raw_topics.SensorSubscription:
-        topic = replace(TOPICS[name], joint=joint or TOPICS[name].joint)
+    def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
+        topic = named(TOPICS[name], self.values)
         return raw_topics.SensorSubscription(self, topic, raw_topics.decoding(self, topic, receive))
 
     def _joint_receiver(self, channel: str) -> Callable[..., None]:
@@ -228,17 +224,8 @@ class RockingController(ManagedNode):
         if self.is_active and math.isfinite(tool_face):
             self._inbox.put_mwd(stamp_ns, tool_face)
 
-    def _on_target(self, data: bytes) -> None:
-        raw_topics.decoding(self, TOPICS["tool_face_target"], lambda *fields: self._take_target(data, fields[1]))(data)
-
-    def _take_target(self, data: bytes, target: float) -> None:
-        """Hold another target, rad, unless the message is this node's own."""
-        if self._own_targets.is_own(data):
-            return
-        if not math.isfinite(target):
-            self.get_logger().warning(f"tool_face/target: {target} rad refused: must be finite")
-            return
-        target = math.remainder(target, 2.0 * math.pi)
+    def _take_target(self, target: float) -> None:
+        """Hold another target, rad."""
         self.set_parameters([Parameter("tool_face_target", Parameter.Type.DOUBLE, target)])
 
     def _receive(self, channel: str, reading: JointReading) -> None:
@@ -299,7 +286,7 @@ class RockingController(ManagedNode):
         self._command = command
         if self._diagnostics.is_due(stamp_ns):
             self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
-            self._publish_target(stamp_ns)
+            self._target_topic.publish(stamp_ns, self._target)
         self._publish_command(stamp_ns, command)
 
     def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
@@ -308,16 +295,13 @@ class RockingController(ManagedNode):
         if self.values["atomic_command"]:
             positions = (angle, math.nan, math.nan)
             speeds = (float(command.top_drive_speed), float(command.block_speed), float(command.pump_speed))
-            data = cdr.encode_joint_states(stamp_ns, ("top_drive", "block", "mud_pump"), positions, speeds)
-            self._command_publishers[raw_topics.DRIVES_COMMAND.joint].publish(data)
+            names = tuple(self.values[parameter.name] for parameter in JOINT_NAMES)
+            self._command_publishers[0].publish(cdr.encode_joint_states(stamp_ns, names, positions, speeds))
             return
-        for joint, position, velocity in (
-            ("mud_pump", None, command.pump_speed),
-            ("block", None, command.block_speed),
-            ("top_drive", angle, command.top_drive_speed),
-        ):
-            data = cdr.encode_joint_state(stamp_ns, joint, position, float(velocity))
-            self._command_publishers[joint].publish(data)
+        numbers = ((None, command.pump_speed), (None, command.block_speed), (angle, command.top_drive_speed))
+        for topic, publisher, (position, velocity) in zip(COMMANDS, self._command_publishers, numbers, strict=True):
+            joint = named(topic, self.values).joint
+            publisher.publish(cdr.encode_joint_state(stamp_ns, joint, position, float(velocity)))
 
     def _on_timer(self) -> None:
         """Connect to the rig; then watch for its silence."""
@@ -384,11 +368,6 @@ class RockingController(ManagedNode):
         else:
             return
         self._is_silence_logged = True
-
-    def _publish_target(self, stamp_ns: int) -> None:
-        data = cdr.encode_joint_state(stamp_ns, "tool_face", self._target)
-        self._own_targets.add(data)
-        self._target_publisher.publish(data)
 
     def _statuses(self, stamp_ns: int) -> list[Status]:
         stale = self._inbox.stale_channels(stamp_ns)

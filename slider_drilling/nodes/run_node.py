@@ -29,6 +29,8 @@ NODES = {
     "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
     "opcua_bridge": ("slider_drilling.nodes.opcua_bridge", "OpcuaBridge"),
 }
+# Nodes that need no speed use an executor that rclpy supports; see `spin.make_executor`.
+UNHURRIED = ("dashboard", "opcua_bridge")
 WRONG_ARGUMENTS = (
     rclpy_implementation.RCLError,
     rclpy_implementation.RCLInvalidROSArgsError,
@@ -79,7 +81,7 @@ def _spin_node(node_class: Any, shutdown_request: ShutdownRequest) -> None:
         ending.callback(node.destroy_node)
         if isinstance(node, ClosableNode):
             ending.callback(node.close)
-        executor = spin([node], shutdown_request)
+        executor = spin([node], shutdown_request, supported=node_class.NAME in UNHURRIED)
         ending.callback(executor.shutdown)
         if isinstance(node, ClosableNode):
             drain(executor, lambda: node.messages)

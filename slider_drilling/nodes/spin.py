@@ -18,8 +18,14 @@ IDLE = 0.1  # s after which a loop without messages checks for signals
 MAX_DRAIN = 2.0  # s to receive what is still in flight when a program ends
 
 
-def make_executor() -> Executor:
-    """The events executor if this rclpy has it: it delivers a message in 15 us, the other one in 160 us."""
+def make_executor(supported: bool = False) -> Executor:
+    """The events executor if this rclpy has it: it delivers a message in 15 us, the other one in 160 us.
+
+    Args:
+        supported: Take the other one: the events executor is experimental.
+    """
+    if supported:
+        return SingleThreadedExecutor()
     try:
         from rclpy.experimental.events_executor import EventsExecutor
     except ImportError:
@@ -33,19 +39,21 @@ def steady_timer(node: Node, period: float, callback: Callable[[], None]) -> Tim
 
 
 def spin(
-    nodes: Sequence[Node], shutdown_request: ShutdownRequest, meanwhile: Callable[[], None] = lambda: None
-) -> Executor:
+    nodes: Sequence[Node], shutdown_request: ShutdownRequest, meanwhile: Callable[[], None] = lambda: None,
+    supported: bool = False,
+) -> Executor:  # fmt: skip
     """Spin the nodes until shutdown is requested.
 
     Args:
         nodes: At least one; they join the executor.
         shutdown_request: Ends the loop.
         meanwhile: Called about ten times a second.
+        supported: As of `make_executor`.
 
     Returns:
         The executor, not shut down, for `drain`.
     """
-    executor = make_executor()
+    executor = make_executor(supported)
     # A busy events executor does not return at its timeout, but it does serve timers.
     timer = steady_timer(nodes[0], IDLE, meanwhile)
     for node in nodes:

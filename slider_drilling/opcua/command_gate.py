@@ -32,17 +32,24 @@ class CommandGate:
         self._written: dict[str, float] = {}  # when each was last commanded; the stop ends it
         self.refused = ""
 
-    def put(self, name: str, value: float, now: float) -> None:
-        """Keep a command, SI units, until it is taken. `refused` says why one was not kept."""
+    def put(self, values: Mapping[str, float], now: float) -> None:
+        """Keep the values of one command, SI units, until they are taken; `refused` says why none of them was kept."""
+        for name, value in values.items():
+            if refusal := self._refusal(name, value):
+                self.refused = refusal
+                return
+        with self._lock:
+            self._waiting |= {name: _Command(value, now) for name, value in values.items()}
+
+    def _refusal(self, name: str, value: float) -> str:
+        """Why a value is refused; "" if it is not."""
         point = self._points[name]
         if not math.isfinite(value):
-            self.refused = f"{name} = {value}: not finite"
-        elif not point.low <= value <= point.high:
+            return f"{name} = {value}: not finite"
+        if not point.low <= value <= point.high:
             limits = f"{point.low / point.factor:g} to {point.high / point.factor:g}"
-            self.refused = f"{name} = {value / point.factor:g}: outside {limits}, the mapping's limits"
-        else:
-            with self._lock:
-                self._waiting[name] = _Command(value, now)
+            return f"{name} = {value / point.factor:g}: outside {limits}, the mapping's limits"
+        return ""
 
     def take(self, now: float) -> dict[str, float]:
         """Commands to write now, SI units."""

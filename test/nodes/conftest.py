@@ -11,10 +11,16 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2: pip install '.[ros]' or source one")
 
+import rclpy
 from listener import Listener
 from node_process import NodeProcess
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.nodes import environment
+from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.shutdown import ShutdownRequest
 
 environment.prepare()
 
@@ -24,6 +30,25 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of this process see each other only."""
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+
+
+@pytest.fixture
+def make(alone: None) -> Iterator[Callable[..., Node]]:
+    """Makes nodes, with parameters, that are gone after the test."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made: list[Node] = []
+
+    def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        made.append(kind(ShutdownRequest(), parameter_overrides=overrides))
+        return made[-1]
+
+    yield make_one
+    for node in made:
+        if isinstance(node, Recorder):
+            node.discard()
+        node.destroy_node()
+    rclpy.try_shutdown()
 
 
 @pytest.fixture

@@ -1,35 +1,19 @@
 """Commands and joints in the ways in which other programs send them, and what the simulator says about them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
-import rclpy
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
-from test_controller_faults import turn
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from turning import turn
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level
-from slider_drilling.messages.topics import JOINT_STATE, TOPICS, Topic
+from slider_drilling.messages.topics import DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.rocking_controller import RockingController
-
-
-@pytest.fixture
-def make(alone: None) -> Iterator[Callable[..., Node]]:
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    made: list[Node] = []
-
-    def make_one(kind: type, **parameters: object) -> Node:
-        made.append(kind(parameter_overrides=[Parameter(name, value=value) for name, value in parameters.items()]))
-        return made[-1]
-
-    yield make_one
-    for node in made:
-        node.destroy_node()
-    rclpy.try_shutdown()
 
 
 def run_lockstep(make: Callable[..., Node], **parameters: object) -> tuple[float, ...]:
@@ -41,13 +25,51 @@ def run_lockstep(make: Callable[..., Node], **parameters: object) -> tuple[float
     return measured.time, measured.top_drive_angle, measured.block_position, measured.surface_torque
 
 
+NAMES = {"top_drive_joint": "quill", "block_joint": "travelling_block", "pump_joint": "pump_1"}
+
+
+@pytest.mark.parametrize("atomic", [True, False])
+def test_nodes_of_a_rig_share_its_joint_names(atomic, make):
+    simulator = make(FrictionSimulator, elements=20, duration=1.0, **NAMES)
+    heard: dict[str, set[str]] = {}
+    for topic in ("top_drive/command" if not atomic else "drives/command", "draw_works/joint_states"):
+        raw_topics.subscription(
+            simulator,
+            Topic(topic, JOINT_STATE),
+            lambda data, topic=topic: heard.setdefault(topic, set()).update(deserialize_message(data, JointState).name),
+        )
+    controller = make(RockingController, use_sim_time=True, atomic_command=atomic, **NAMES)
+    turn([simulator, controller], lambda: simulator.shutdown_request.requested)
+    assert heard["draw_works/joint_states"] == {"travelling_block"}
+    assert heard.get("drives/command", heard.get("top_drive/command")) == (set(NAMES.values()) if atomic else {"quill"})
+
+
+def test_other_drives_joint_is_refused(make):
+    simulator = make(FrictionSimulator, elements=20, speed=5.0, **NAMES)
+    sender = raw_topics.publisher(simulator, TOPICS["top_drive_command"])
+    sender.publish(cdr.encode_joint_state(0, "block", 1.0, 0.0))
+    turn([simulator], lambda: bool(simulator._commands._refusals))
+    assert "joint block, not quill" in simulator._commands.status().message
+
+
+def test_dashboard_reads_the_named_joints(make):
+    pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+    from slider_drilling.nodes.dashboard import Dashboard
+
+    dashboard = make(Dashboard, port=0, **NAMES)
+    sender = raw_topics.publisher(dashboard, TOPICS["top_drive"])
+    sender.publish(cdr.encode_joint_states(10**9, ("other", "quill"), (9.0, 1.5), (9.0, 0.5)))
+    turn([dashboard], lambda: dashboard.state._samples)
+    assert dashboard.state._samples[-1].top_drive_angle == 1.5
+
+
 def test_atomic_command_drives_the_same_run(make):
     assert run_lockstep(make, atomic_command=True) == run_lockstep(make)
 
 
 def test_command_without_all_drives_is_refused_with_a_status(make):
     simulator = make(FrictionSimulator, elements=20, speed=5.0)
-    sender = raw_topics.publisher(simulator, raw_topics.DRIVES_COMMAND)
+    sender = raw_topics.publisher(simulator, DRIVES_COMMAND)
     sender.publish(cdr.encode_joint_states(0, ("top_drive", "block"), (1.0, 0.0), (0.0, 0.0)))
     turn([simulator], lambda: bool(simulator._commands._refusals))
     status = simulator._commands.status()

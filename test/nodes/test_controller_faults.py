@@ -3,14 +3,11 @@
 import math
 import signal
 import time
-from collections.abc import Callable, Iterator
 
 import pytest
-import rclpy
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
+from turning import turn
 
 from slider_drilling.control.interface import Measurements
 from slider_drilling.messages import cdr
@@ -18,7 +15,6 @@ from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics, rocking_controller
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.rocking_controller import RockingController
-from slider_drilling.nodes.spin import make_executor
 
 RIG = ("mud_pump", "draw_works", "standpipe_pressure", "mwd_tool_face", "top_drive")
 
@@ -75,32 +71,6 @@ def test_normal_end_logs_no_error(start, listener):
     controller.process.send_signal(signal.SIGINT)
     assert controller.end() == 0
     assert "[ERROR]" not in controller.output, controller.output
-
-
-@pytest.fixture
-def make(alone: None) -> Iterator[Callable[..., Node]]:
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    made: list[Node] = []
-
-    def make_one(kind: type, **parameters: object) -> Node:
-        made.append(kind(parameter_overrides=[Parameter(name, value=value) for name, value in parameters.items()]))
-        return made[-1]
-
-    yield make_one
-    for node in made:
-        node.destroy_node()
-    rclpy.try_shutdown()
-
-
-def turn(nodes: list[Node], until: Callable[[], bool], seconds: float = 60.0) -> None:
-    executor = make_executor()
-    for node in nodes:
-        executor.add_node(node)
-    end = time.monotonic() + seconds
-    while not until():
-        assert time.monotonic() < end
-        executor.spin_once(timeout_sec=0.02)
-    executor.shutdown()
 
 
 def wait(nodes: list[Node], seconds: float) -> None:

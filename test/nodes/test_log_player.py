@@ -1,45 +1,25 @@
 """The log player: positions, loops, skipped topics, and driving a simulated rig."""
 
+import math
 import os
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
+from turning import turn
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS, Topic
+from slider_drilling.messages.topics import DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.session import SessionOptions, run_session
-from slider_drilling.nodes.shutdown import ShutdownRequest
-from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"
-
-
-@pytest.fixture
-def make(alone: None) -> Iterator[Callable[..., Node]]:
-    """Makes nodes that are gone after the test."""
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    made = []
-
-    def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
-        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        made.append(kind(ShutdownRequest(), parameter_overrides=overrides))
-        return made[-1]
-
-    yield make_one
-    for node in made:
-        node.destroy_node()
-    rclpy.try_shutdown()
 
 
 @pytest.fixture
@@ -76,19 +56,6 @@ class Heard:
     @property
     def positions(self) -> list[float]:
         return [position for _, position in self.joints["top_drive"]]
-
-
-def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
-    """Turn the nodes until things have happened, one after the other."""
-    executor = make_executor()
-    for node in nodes:
-        executor.add_node(node)
-    end = time.monotonic() + 20.0
-    for has_happened in until:
-        while not has_happened():
-            assert time.monotonic() < end
-            executor.spin_once(timeout_sec=0.02)
-    executor.shutdown()
 
 
 @pytest.fixture
@@ -248,6 +215,18 @@ def test_two_joints_in_a_command_are_refused_in_one_line(make, tmp_path):
     path = two_joints(tmp_path / "two.mcap", "/top_drive/command")
     with pytest.raises(InputError, match=r"two\.mcap: top_drive/command: joints left, right, none named top_drive"):
         make(LogPlayer, log=str(path), commands_only=True)
+
+
+def test_atomic_commands_of_a_log_are_played(make, tmp_path):
+    path = tmp_path / "atomic.mcap"
+    with LogWriter(path) as writer:
+        writer.joint_state("top_drive/joint_states", 0.0, "quill", 0.0, 0.0, 0.0)
+        data = cdr.encode_joint_states(0, ("quill", "block", "mud_pump"), (1.5, math.nan, math.nan), (0.5, 0.01, 12.0))
+        writer.message(DRIVES_COMMAND.name, JOINT_STATE, data, 0, 0)
+    player = make(LogPlayer, log=str(path), commands_only=True, top_drive_joint="quill")
+    assert player._commands.topics == ["mud_pump/command", "draw_works/command", "top_drive/command"]
+    assert player._commands.at("top_drive/command", 0.5) == (1.75, 0.5)
+    assert player._commands.at("draw_works/command", 0.0)[1] == 0.01
 
 
 def test_two_joints_in_a_sample_are_one_warning(make, recording, capfd):

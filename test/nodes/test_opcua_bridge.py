@@ -1,5 +1,6 @@
 """The node `opcua_bridge` in the graph, against a real OPC UA server."""
 
+import math
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,7 +13,7 @@ pytest.importorskip("asyncua", reason="no asyncua: pip install '.[bridge]'")
 from opcua_server import RigServer
 
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS
 
 
 @pytest.fixture(scope="module")
@@ -26,10 +27,12 @@ def server() -> Iterator[RigServer]:
 def bridge(start, repository: Path, tmp_path: Path) -> Callable:
     """Starts the node with the example's mapping, some keys changed."""
 
-    def start_one(command: bool = False, **changed: object):
+    def start_one(command: bool = False, block_joint: str = "block", **changed: object):
         mapping = yaml.safe_load((repository / "config" / "opcua_rig.example.yaml").read_text()) | changed
         (tmp_path / "rig.yaml").write_text(yaml.safe_dump(mapping))
-        return start("opcua_bridge", mapping=tmp_path / "rig.yaml", command=str(command).lower())
+        return start(
+            "opcua_bridge", mapping=tmp_path / "rig.yaml", command=str(command).lower(), block_joint=block_joint
+        )
 
     return start_one
 
@@ -54,6 +57,23 @@ def test_node_publishes_and_stops_the_drives(server, bridge, listener):
     process.process.send_signal(signal.SIGINT)
     assert process.process.wait(30.0) == 0
     assert server.read("DrawWorks.SpeedWanted") == 0.0
+
+
+def test_atomic_command_is_written_or_refused_as_a_whole(server, bridge, listener):
+    bridge(command=True, url=server.url, block_joint="travelling_block")
+    listener.until(lambda: len(listener.heard["draw_works"]) > 2, "samples")
+    drives = listener.publisher(DRIVES_COMMAND)
+
+    def send(names: tuple[str, ...], block_speed: float) -> float:
+        speeds = (0.1, block_speed, math.nan)
+        drives.publish(cdr.encode_joint_states(0, names, (0.5, math.nan, math.nan), speeds))
+        listener.listen(0.05)
+        return server.read("DrawWorks.SpeedWanted")
+
+    names = ("top_drive", "travelling_block", "mud_pump")
+    listener.until(lambda: send(names, 0.01) == pytest.approx(36.0), "the command")
+    listener.until(lambda: send(("top_drive", "block", "mud_pump"), 0.02) is not None, "another")
+    listener.until_status("opcua_bridge: commands", 2, "drives/command: joints top_drive, block, mud_pump")
 
 
 def test_node_without_command_listens_to_none(server, bridge, listener):

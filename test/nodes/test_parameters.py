@@ -1,15 +1,14 @@
 """Node parameters: described, changed while the node runs, refused with a reason."""
 
-import time
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import rclpy
 import yaml
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
+from turning import turn
 
 from slider_drilling.control.settings import limits_of
 from slider_drilling.control.slide_settings import SlideSettings
@@ -20,30 +19,9 @@ from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
-from slider_drilling.nodes.shutdown import ShutdownRequest
-from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"
 Make = Callable[..., Node]
-
-
-@pytest.fixture
-def make(alone: None) -> Iterator[Make]:
-    """Makes nodes that are gone after the test."""
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    made = []
-
-    def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
-        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        made.append(kind(ShutdownRequest(), parameter_overrides=overrides))
-        return made[-1]
-
-    yield make_one
-    for node in made:
-        if isinstance(node, Recorder):
-            node.discard()
-        node.destroy_node()
-    rclpy.try_shutdown()
 
 
 @pytest.fixture
@@ -53,19 +31,6 @@ def log(tmp_path: Path) -> Path:
         for k in range(20):
             writer.joint_state("top_drive/joint_states", 0.1 * k, "top_drive", float(k), 0.0, 0.0)
     return path
-
-
-def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
-    """Turn the nodes until things have happened, one after the other."""
-    executor = make_executor()
-    for node in nodes:
-        executor.add_node(node)
-    end = time.monotonic() + 60.0
-    for has_happened in until:
-        while not has_happened():
-            assert time.monotonic() < end
-            executor.spin_once(timeout_sec=0.02)
-    executor.shutdown()
 
 
 def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
@@ -194,16 +159,23 @@ def test_looping_player_starts_again(make, log):
     turn([player], lambda: player.shutdown_request.requested)
 
 
-def test_target_topic_sets_the_controllers_target(make):
+@pytest.mark.parametrize(
+    ("sent", "held"), [(0.5, 0.5), (-3.1415928, -math.pi), (math.radians(900.0), None), (math.inf, None)]
+)
+def test_target_topic_sets_or_refuses_the_target(make, sent, held):
+    """A target beyond half a turn is refused, not wrapped."""
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import raw_topics
 
     controller = make(RockingController)
+    warned: list[str] = []
+    controller.get_logger().warning = warned.append
     sender = raw_topics.publisher(controller, TOPICS["tool_face_target"])
-    sender.publish(cdr.encode_joint_state(7, "tool_face", 0.5 + 2.0 * 3.141592653589793))
-    turn([controller], lambda: controller._controller.tool_face_target != 0.0)
-    assert controller.get_parameter("tool_face_target").value == pytest.approx(0.5)
+    sender.publish(cdr.encode_joint_state(7, "tool_face", sent))
+    turn([controller], lambda: controller._controller.tool_face_target != 0.0 or warned)
+    assert controller.get_parameter("tool_face_target").value == pytest.approx(held or 0.0)
+    assert (held is None) == any("tool_face/target: refused" in line for line in warned)
 
 
 def test_silent_rig_stops_the_block(make):

@@ -10,7 +10,7 @@ from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.kernel_arrays import Array
 
-_REVERSAL = 5e-4  # m/s of block speed, below which the friction of the sheaves is not fully turned round
+SHEAVE_REVERSAL_SPEED = 5e-4  # m/s of block speed, below which the friction of the sheaves is not fully turned round
 
 
 def as_read(
@@ -39,7 +39,7 @@ def as_read(
         angle = np.round(angle / step) * step
     seen = replace(commands, top_drive_angle=angle, top_drive_speed=late(driven[:, 1]))
     hook_load = response.hook_load * (1.0 + structure.hook_load_gain) + structure.hook_load_offset
-    hook_load = hook_load - structure.deadline_hysteresis * np.tanh(commands.block_speed / _REVERSAL)
+    hook_load = hook_load - structure.deadline_hysteresis * np.tanh(commands.block_speed / SHEAVE_REVERSAL_SPEED)
     if structure.held_hook_load > 0.0:
         hook_load = np.interp(np.floor(time / structure.held_hook_load) * structure.held_hook_load, time, hook_load)
     return seen, replace(

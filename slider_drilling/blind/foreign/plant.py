@@ -95,6 +95,12 @@ class ForeignPlant:
         """(n, 2) angle rad and speed rad/s of the top drive at every sample so far, as its speed loop made them."""
         return np.concatenate(self._driven)
 
+    @property
+    def drive_state(self) -> tuple[float, float]:
+        """Angle rad and speed rad/s of the top drive at the last sample, as its speed loop made them."""
+        angle, speed = self._driven[-1][-1]
+        return float(angle), float(speed)
+
     def advance(self, commands: Commands) -> Response:
         """Follow commands sampled every `interval`.
 
