@@ -56,8 +56,8 @@ class Plant:
         self.rig = rig
         interval = interval or 1.0 / rig.sensors.rate
         mesh = assemble.common_mesh([rig], elements)
-        substeps = substeps or _min_substeps([rig], mesh, interval)
-        self._lanes = _LaneBlock([rig], mesh, interval, [start], [modifiers], substeps)
+        substeps = substeps or min_substeps([rig], mesh, interval)
+        self._lanes = LaneBlock([rig], mesh, interval, [start], [modifiers], substeps)
 
     @property
     def interval(self) -> float:
@@ -184,13 +184,13 @@ def simulate_batch(
     )
     measured = None if observer is None else observer.measured_at(grid)
     mesh = assemble.common_mesh(rigs, elements)
-    substeps = substeps or _min_substeps(rigs, mesh, interval)
+    substeps = substeps or min_substeps(rigs, mesh, interval)
     threads = 1 + idle_threads() if workers is None else max(workers, 1)
     width = min(math.ceil(len(rigs) / threads), _LANES_PER_BLOCK)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)
-        lane_block = _LaneBlock(
+        lane_block = LaneBlock(
             rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single_precision
         )
         own_offset = None if offset is None else offset[:, block]
@@ -205,7 +205,7 @@ def simulate_batch(
     return [Response(commands.time, *lane.T) for block in blocks for lane in block]
 
 
-class _LaneBlock:
+class LaneBlock:
     """Rigs that are stepped side by side: their constants, state and last command."""
 
     def __init__(
@@ -316,7 +316,7 @@ class _LaneBlock:
         return self.state, self.last
 
 
-def _min_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
+def min_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
     """Fewest steps per interval that are stable for all rigs."""
     return max(1, math.ceil(interval / min(assemble.longest_step(rig, mesh) for rig in rigs)))
 

@@ -1,0 +1,43 @@
+"""Settings of a twin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slider_drilling.errors import InputError
+
+
+@dataclass(frozen=True)
+class TwinSettings:
+    """How a twin follows its rig.
+
+    Attributes:
+        elements: Of the simulated string.
+        interval: s between samples of the simulation.
+        observer_gain: Of the weak observer, see `slider_drilling.drillstring.observer`.
+        patience: s that the twin waits for samples of the drives that are late.
+        learning: s of undisturbed work after which the twin is calibrated and watches.
+        forecast: s that a forecast looks ahead; 0 for none.
+        forecast_every: s between two forecasts.
+        kept: s of samples that are kept for a diagnosis.
+    """
+
+    elements: int = 60
+    interval: float = 0.1
+    observer_gain: float = 0.3
+    patience: float = 2.0
+    learning: float = 240.0
+    forecast: float = 60.0
+    forecast_every: float = 10.0
+    kept: float = 3600.0
+
+    def __post_init__(self) -> None:
+        limits = {
+            "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0), "patience": (0.0, 60.0),
+            "learning": (60.0, 3600.0), "forecast": (0.0, 300.0), "forecast_every": (1.0, 600.0),
+            "kept": (600.0, 14400.0),
+        }  # fmt: skip
+        for name, (low, high) in limits.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"twin: {name} = {value:g}: must be within {low:g} to {high:g}")
