@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic
+from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, TWIN_TOPICS, Topic
 
 INTRODUCTION = """\
 # Topics
@@ -22,7 +22,7 @@ A log in memory (`RigLog`) keeps these of each topic, in SI units.
 def topic_table() -> str:
     """One row a topic, as Markdown: name, type, content. The README holds the same table."""
     rows = ["| topic | type | content |", "|---|---|---|"]
-    rows += [_row(topic) for topic in (*TOPICS.values(), DIAGNOSTICS)]
+    rows += [_row(topic) for topic in (*TOPICS.values(), *TWIN_TOPICS, DIAGNOSTICS)]
     return "\n".join(rows) + "\n"
 
 

@@ -16,7 +16,7 @@ from slider_drilling.log.series import build_series
 from slider_drilling.messages import cdr
 from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.message_types import MESSAGE_TYPES
-from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS, Topic
+from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS, Topic, fitting_keys
 from slider_drilling.table_import.mapping import IMPORT_CHANNELS
 from slider_drilling.units import KINDS
 
@@ -107,3 +107,23 @@ def test_unknown_message_type_is_refused() -> None:
     ):
         with pytest.raises(InputError, match=r"gripper: message type std_msgs/msg/Float64 .* use one of"):
             use()
+
+
+def test_expected_channels_are_no_measurements(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with LogWriter(path) as writer:
+        for k in range(COUNT):
+            for key in ("top_drive", "expected_top_drive", "forecast_top_drive"):
+                ahead = 60.0 if key.startswith("forecast") else 0.0
+                writer.sample(TOPICS[key], k + ahead, [0.0, 0.0, float(len(key))], float(k))
+    log = read_log(path)
+    for key in ("top_drive", "expected_top_drive", "forecast_top_drive"):
+        assert log.series()[key].effort.tolist() == COUNT * [float(len(key))]
+    assert log.start == 0.0 and log.notes == ()
+    assert log.forecast_top_drive.time[0] == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize("space", ["", "/rig_a"])
+@every_topic
+def test_most_specific_topic_is_taken(key: str, space: str) -> None:
+    assert fitting_keys(f"{space}/{TOPICS[key].name}") == [key]

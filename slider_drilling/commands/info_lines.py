@@ -13,6 +13,7 @@ from slider_drilling.commands.options import checks_table
 from slider_drilling.console.streams import stdout
 from slider_drilling.log.info import LogInfo, TopicInfo
 from slider_drilling.log_checks import CheckRow
+from slider_drilling.messages.topics import is_of_twin
 from slider_drilling.units import Text, Units
 
 LINES = 25
@@ -93,10 +94,10 @@ def _head(info: LogInfo) -> list[str]:
 
 
 def _topic_lines(topics: Sequence[TopicInfo], console: Console, most: int | None) -> list[str]:
-    """The table of topics, stamped ones first where there are more than `most`, with names that fit."""
+    """The table of topics with names that fit; where there are more than `most`, stamped measurements come first."""
     listed = list(topics)
     if most is not None and len(listed) > most:
-        listed = sorted(topics, key=lambda topic: math.isnan(topic.lag))[: most - 1]
+        listed = sorted(topics, key=lambda one: (math.isnan(one.lag), is_of_twin(one.topic)))[: most - 1]
     rows = [_cells(topic, console.width >= _WIDE) for topic in listed]
     heads = ["type"] if console.width >= _WIDE else []
     heads += ["messages", "rate, Hz", "gap, s", "gaps", "lost", "back", "lag, s"]

@@ -5,24 +5,29 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
+from slider_drilling.live.twin_state import ExpectedSample
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units, split_label
 from slider_drilling.wellbore.well_path import WellPath
 
 MAX_SAMPLES_PER_FRAME = 400
-STRIPS = ("surface torque, kN m", "differential pressure, bar", "top drive, rad")
+STRIPS = ("surface torque, kN m", "differential pressure, bar", "hook load, kN", "top drive, rad")
+_WHOLE_UNITS = ("ft lbf", "psi")  # whose decimals nobody reads
 _STATIONS = 161  # along the well
 _FRICTION_FACTOR = 0.235  # assumed until the controller publishes its own
 
 
+_Sample = TypeVar("_Sample", StripSample, ExpectedSample)
+
+
 def samples_json(samples: Sequence[StripSample], units: Units = SI) -> list[list[float | None]]:
-    """Time, torque, pressure and angle of each sample, in the units of `STRIPS`; of many, the extremes of torque."""
+    """Time and the channels of `STRIPS` of each sample, in their units; of many samples, the extremes of torque."""
     if len(samples) > MAX_SAMPLES_PER_FRAME:
         samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
     return [
@@ -30,17 +35,55 @@ def samples_json(samples: Sequence[StripSample], units: Units = SI) -> list[list
             round(sample.time, 3),
             _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
             _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
+            _rounded(units.convert(sample.hook_load / 1e3, "kN"), 2),
             _rounded(units.convert(sample.top_drive_angle, "rad"), 3),
         ]
         for sample in samples
     ]
 
 
-def _thinned(samples: Sequence[StripSample], max_samples: int) -> list[StripSample]:
+def expected_json(samples: Sequence[ExpectedSample], units: Units = SI) -> list[list[float | None]]:
+    """Time, torque, differential pressure, hook load and toolface (deg) that a twin expects, in units of the strips."""
+    if len(samples) > MAX_SAMPLES_PER_FRAME:
+        samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
+    return [
+        [
+            round(sample.time, 3),
+            _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
+            _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
+            _rounded(units.convert(sample.hook_load / 1e3, "kN"), 2),
+            _degrees(sample.tool_face),
+        ]
+        for sample in samples
+    ]
+
+
+def drilling_figures(state: LiveState, units: Units = SI) -> list[tuple[str, str]]:
+    """What the figures beside the instruments are called, and their values in the page's units; "-" where unknown."""
+    now, weight = state.drilling(), state.status_value("weight_on_bit", "by_hook_load_n")
+    figures = (
+        ("hook load", now.hook_load / 1e3, "kN"),
+        ("weight on bit, by hook load", (math.nan if weight is None else weight) / 1e3, "kN"),
+        ("rate of penetration", now.rate_of_penetration * 3600.0, "m/h"),
+        ("bit depth", now.bit_depth, "m"),
+        ("slide length", now.slide_length, "m"),
+    )
+    return [(name, units.format(value, unit, _figure_digits(value, unit, units))) for name, value, unit in figures]
+
+
+def _figure_digits(value: float, unit: str, units: Units) -> int:
+    """Significant digits that give a figure one decimal; a depth has two."""
+    if not math.isfinite(value):
+        return 3
+    whole = abs(units.convert(value, unit))
+    return max(len(f"{whole:.0f}") + (2 if unit == "m" else 1), 2)
+
+
+def _thinned(samples: Sequence[_Sample], max_samples: int) -> list[_Sample]:
     """The lowest and the highest torque of each of equal stretches."""
     count = max_samples // 2
     edges = [round(k * len(samples) / count) for k in range(count + 1)]
-    kept: list[StripSample] = []
+    kept: list[_Sample] = []
     for first, last in itertools.pairwise(edges):
         stretch = samples[first:last]
         low = min(stretch, key=lambda sample: sample.surface_torque)
@@ -79,7 +122,7 @@ def labels_json(units: Units = SI) -> dict[str, Any]:
     """What the instruments write beside their numbers: titles and decimals of the strips, units of length and turn."""
     return {
         "strips": [units.convert_label(label) for label in STRIPS],
-        "digits": [0 if units.display_unit(split_label(label)[1]) in ("ft lbf", "psi") else 1 for label in STRIPS],
+        "digits": [0 if units.display_unit(split_label(label)[1]) in _WHOLE_UNITS else 1 for label in STRIPS],
         "length": units.display_unit("m"),
         "turn": units.display_unit("rad"),
     }

@@ -44,7 +44,7 @@ export default {
       document.body.dataset.silence = silence > 5 ? `no word from the page's server since ${Math.round(silence)} s` : "";
     },
     drawFrame(data) {
-      this.history.add(data.samples);
+      this.history.add(data.samples, data.expected, data.dial.measured);
       this.latest = data;
       this.frames += 1;
       this.$el.dataset.frames = this.frames;

@@ -28,5 +28,5 @@ class Instruments(Element, component="instruments.js", esm={"slider-drilling-liv
         self.run_method("keepAlive")
 
     def draw(self, data: dict[str, Any]) -> None:
-        """Draw one frame: samples, dial, rocking and rotation."""
+        """Draw one frame: samples, what a twin expects, dial, rocking and rotation."""
         self.run_method("drawFrame", data)

@@ -11,7 +11,15 @@ from typing import Any
 from nicegui import ui
 
 from slider_drilling.control.tool_face_target import target_refusal
-from slider_drilling.live.frame import StringView, dial_json, labels_json, rocking_json, samples_json
+from slider_drilling.live.frame import (
+    StringView,
+    dial_json,
+    drilling_figures,
+    expected_json,
+    labels_json,
+    rocking_json,
+    samples_json,
+)
 from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.instruments import Instruments
 from slider_drilling.live.page_requests import (
@@ -22,7 +30,9 @@ from slider_drilling.live.page_requests import (
     SetRocking,
     SetTarget,
 )
-from slider_drilling.live.state import LiveParameter, LiveState
+from slider_drilling.live.state import LiveParameter, LiveState, zero_meaning
+from slider_drilling.live.status_text import convert_status
+from slider_drilling.live.twin_panel import TwinPanel
 from slider_drilling.messages.health import Level
 from slider_drilling.units import SI, Units
 
@@ -49,7 +59,7 @@ class PageView:
 
     def __init__(self, state: LiveState, requests: RequestQueue, units: Units = SI) -> None:
         self._state, self._requests, self._units = state, requests, units
-        self._sample_count = 0
+        self._sample_count = self._expected_count = 0
         self._string_view: StringView | None = None
         self._last_notice = state.last_notice
         self._shown_statuses: list[tuple[Any, ...]] = []
@@ -60,7 +70,10 @@ class PageView:
         with ui.element("div").classes("sd-head"):
             ui.label(TITLE).classes("sd-title")
             self._facts = ui.label("waiting for the rig").classes("sd-fact").props("data-name=facts")
+        with ui.element("div").classes("sd-figures").props("data-name=figures"):
+            self._figures = [_Figure(name) for name, _ in drilling_figures(state, units)]
         self._instruments = Instruments(labels_json(units))
+        self._twin = TwinPanel(state, self._send, units, self._display)
         with ui.element("div").classes("sd-below"):
             self._make_controls()
             with ui.element("div").classes("sd-card"):
@@ -118,10 +131,12 @@ class PageView:
         samples, self._sample_count = self._state.samples_after(self._sample_count)
         if not samples:
             return
+        expected, self._expected_count = self._state.twin.expected_after(self._expected_count)
         rotation = self._string_view.rotation_json(self._state) if self._string_view is not None else {}
         self._instruments.draw(
             {
                 "samples": samples_json(samples, self._units),
+                "expected": expected_json(expected, self._units),
                 "dial": dial_json(self._state),
                 "rocking": rocking_json(self._state, self._units),
                 "rotation": rotation,
@@ -130,6 +145,9 @@ class PageView:
 
     def _update(self) -> None:
         self._show_facts()
+        for figure, (_, value) in zip(self._figures, drilling_figures(self._state, self._units), strict=True):
+            figure.show(value)
+        self._twin.update()
         self._show_statuses()
         self._show_parameters()
         self._instruments.keep_alive()
@@ -171,7 +189,10 @@ class PageView:
     def _show_statuses(self) -> None:
         statuses = self._state.statuses()
         names = [shown.status.name for shown in statuses]
-        wanted = [(shown.level, _title(shown.status.name, names), shown.message, shown.freshness) for shown in statuses]
+        wanted = [
+            (shown.level, _title(shown.status.name, names), convert_status(shown.message, self._units), shown.freshness)
+            for shown in statuses
+        ]
         if wanted == self._shown_statuses:
             return
         self._shown_statuses = wanted
@@ -191,7 +212,7 @@ class PageView:
                 self._inputs[key] = self._make_input(parameter)
             elif self._values[key] != parameter.value:
                 self._inputs[key].set_value(parameter.value * self._display(parameter)[1])
-                self._inputs[key].props["suffix"] = _zero_meaning(parameter)
+                self._inputs[key].props["suffix"] = zero_meaning(parameter)
             self._values[key] = parameter.value
 
     def _display(self, parameter: LiveParameter) -> tuple[str, float]:
@@ -217,7 +238,7 @@ class PageView:
             field = ui.number(label, value=parameter.value * size, format="%.6g").props("dense")
             # Set as values: the text of `props` is parsed, and a name such as "a :hint=..." would be run as a script.
             field.props["data-name"] = f"parameter-{parameter.name}"
-            field.props["suffix"] = _zero_meaning(parameter)
+            field.props["suffix"] = zero_meaning(parameter)
             limits = f"{_plain(parameter.low * size)} to {_plain(parameter.high * size)}"
             ui.label(f"{parameter.description}. {limits} ({parameter.node})").classes("sd-help")
             field.on("blur", change).on("keydown.enter", change)
@@ -229,10 +250,16 @@ def _plain(number: float) -> str:
     return format(Decimal(f"{number:.6g}"), "f")
 
 
-def _zero_meaning(parameter: LiveParameter) -> str:
-    """What a value of 0 stands for, such as "automatic"; "" for another value, or where 0 is a number."""
-    _, marker, meaning = parameter.description.partition("; 0: ")
-    return meaning if marker and parameter.value == 0.0 else ""
+class _Figure:
+    """One number of the drilling with its name."""
+
+    def __init__(self, name: str) -> None:
+        with ui.element("div").classes("sd-figure"):
+            ui.label(name).classes("sd-figure-name")
+            self._value = ui.label("-").classes("sd-figure-value")
+
+    def show(self, value: str) -> None:
+        self._value.set_text(value)
 
 
 class _StatusLine:

@@ -39,7 +39,12 @@ class SetRecording:
     on: bool
 
 
-PageRequest = SetParameter | SetTarget | SetRocking | SetRecording
+@dataclass(frozen=True)
+class DiagnoseNow:
+    """Ask the twin for a diagnosis."""
+
+
+PageRequest = SetParameter | SetTarget | SetRocking | SetRecording | DiagnoseNow
 
 
 class RequestQueue:

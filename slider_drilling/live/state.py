@@ -13,7 +13,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
+from slider_drilling.live.drilling_progress import DrillingProgress
 from slider_drilling.live.freshness import Arrivals, Freshness
+from slider_drilling.live.twin_state import TwinState
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.rig import Rig
 
@@ -23,17 +25,38 @@ MAX_TOOL_FACES = 30  # measured ones on the dial
 MAX_STATUSES = 64
 MAX_NOTICES = 20
 STALE = 2.0  # s after which a pressure is no longer shown
+_CIRCULATION_SAMPLES = 600  # that are kept for what a twin expects, which comes a few seconds later
+_HALF_SAMPLE = 0.05  # s
+STALE_DEPTH = 10.0  # s after which a rig's bit depth is no longer shown
 _NO_FILTER = 1e-6  # s, filter time of differential pressure
 
 
 @dataclass(frozen=True)
 class StripSample:
-    """One sample of the strip charts: time s, torque N m, pressure Pa, angle rad."""
+    """One sample of the strip charts: time s, torque N m, pressure Pa, angle rad, hook load N."""
 
     time: float
     surface_torque: float
     differential_pressure: float
     top_drive_angle: float
+    hook_load: float = math.nan
+
+
+@dataclass(frozen=True)
+class DrillingFigures:
+    """Numbers of the drilling; NaN where not known.
+
+    Attributes:
+        hook_load: N.
+        bit_depth: Measured depth, m.
+        rate_of_penetration: m/s.
+        slide_length: Hole made since the slide began, m.
+    """
+
+    hook_load: float
+    bit_depth: float
+    rate_of_penetration: float
+    slide_length: float
 
 
 @dataclass(frozen=True)
@@ -65,6 +88,12 @@ class LiveParameter:
     low: float
     high: float
     description: str
+
+
+def zero_meaning(parameter: LiveParameter) -> str:
+    """What a value of 0 stands for, such as "automatic"; "" for another value, or where 0 is a number."""
+    _, marker, meaning = parameter.description.partition("; 0: ")
+    return meaning if marker and parameter.value == 0.0 else ""
 
 
 @dataclass(frozen=True)
@@ -119,6 +148,7 @@ class LiveState:
         target: Toolface to hold, rad.
         truth: True toolface, rad, of a simulation.
         recording: Whether the recorder records; None without a recorder.
+        twin: What a twin says.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -135,7 +165,11 @@ class LiveState:
         self._parameters: dict[tuple[str, str], LiveParameter] = {}
         self._rig: Rig | None = None
         self._motor: DifferentialPressure | None = None
-        self._pressure = self._pump = (math.nan, math.nan)
+        self._pressure = self._pump = self._depth = (math.nan, math.nan)
+        self._block = (math.nan, math.nan, math.nan)
+        self._progress = DrillingProgress()
+        self._circulation: deque[tuple[float, float]] = deque(maxlen=_CIRCULATION_SAMPLES)
+        self.twin = TwinState(now)
         self.target = math.nan
         self.truth: float | None = None
         self.recording: bool | None = None
@@ -158,6 +192,14 @@ class LiveState:
         """Set the pump's crank speed: time s, speed rad/s."""
         self._pump = (time, speed)
 
+    def set_block(self, time: float, position: float, hook_load: float) -> None:
+        """Set the block: time s, lowered since the start m, hook load N."""
+        self._block = (time, position, hook_load)
+
+    def set_bit_depth(self, time: float, depth: float) -> None:
+        """Set the bit's depth where a rig gives it: time s, measured depth m."""
+        self._depth = (time, depth)
+
     def add_sample(self, time: float, angle: float, torque: float) -> None:
         """Add a sample of the top drive, whose message is the last of its stamp: time s, angle rad, torque N m.
 
@@ -166,7 +208,11 @@ class LiveState:
         with self._lock:
             if self._samples and time < self._samples[-1].time:
                 self._clear()
-            self._samples.append(StripSample(time, torque, self._differential_pressure(time), angle))
+            pressure = self._differential_pressure(time)
+            self._circulation.append((time, self._pressure[1] - pressure))
+            hook_load = self._block[2] if abs(time - self._block[0]) <= STALE else math.nan
+            self._samples.append(StripSample(time, torque, pressure, angle, hook_load))
+            self._progress.add(time, self._bit_depth(time), angle)
             self._count += 1
             self._sample_arrivals.note(self._now())
             while self._samples[0].time < time - WINDOW:
@@ -181,7 +227,33 @@ class LiveState:
         self._motor.update(self._pressure[1], self._pump[1], 1.0)
         return self._motor.quick
 
+    def _bit_depth(self, time: float) -> float:
+        """Measured depth of the bit, m: the rig's own, else by the block; NaN if it is not recent."""
+        if math.isfinite(self._depth[0]):
+            return self._depth[1] if abs(time - self._depth[0]) <= STALE_DEPTH else math.nan
+        length = math.nan if self._rig is None else self._rig.string.length
+        return length + self._block[1] if abs(time - self._block[0]) <= STALE else math.nan
+
+    def circulation_at(self, time: float) -> float:
+        """Pressure that the flow takes off bottom at the time of a recent sample, Pa; NaN where not known."""
+        with self._lock:
+            recent = reversed(self._circulation)
+            return next((pressure for at, pressure in recent if at <= time + _HALF_SAMPLE), math.nan)
+
+    def drilling(self) -> DrillingFigures:
+        """Hook load, depth, rate of penetration and length of the slide."""
+        with self._lock:
+            if not self._samples:
+                return DrillingFigures(math.nan, math.nan, math.nan, math.nan)
+            last, progress = self._samples[-1], self._progress
+            return DrillingFigures(
+                last.hook_load, self._bit_depth(last.time), progress.rate_of_penetration, progress.slide_length
+            )
+
     def _clear(self) -> None:
+        self._circulation.clear()
+        self._progress = DrillingProgress()
+        self.twin.clear()
         self._samples.clear()
         self._tool_faces.clear()
         self._statuses.clear()

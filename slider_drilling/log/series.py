@@ -110,6 +110,12 @@ class LogContents:
     truth_bit: JointSeries | None = None
     truth_weight_on_bit: ScalarSeries | None = None
     truth_depth: JointSeries | None = None
+    expected_top_drive: JointSeries | None = None
+    expected_draw_works: JointSeries | None = None
+    expected_standpipe_pressure: ScalarSeries | None = None
+    expected_mwd_tool_face: JointSeries | None = None
+    forecast_top_drive: JointSeries | None = None
+    forecast_mwd_tool_face: JointSeries | None = None
 
     def __repr__(self) -> str:
         held = self.series()

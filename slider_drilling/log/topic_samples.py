@@ -17,7 +17,7 @@ from slider_drilling.log.timestamps import StampedSamples
 from slider_drilling.log.topic_map import TopicMap
 from slider_drilling.messages.decoder import ENCODINGS, Integers, TopicDecoder
 from slider_drilling.messages.message_types import JOINT_STATE
-from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, namespace_of
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, fitting_keys, namespace_of
 
 # Approximate limit of samples: a week at 10 Hz, in a bit more than 1 GB of memory.
 MAX_SAMPLES = 25_000_000
@@ -233,8 +233,8 @@ def match_series(topic: str, type_name: str | None, topics: TopicMap) -> list[Se
     ]
     own = [
         SeriesMatch(key, topic)
-        for key, known in TOPICS.items()
-        if key not in topics and namespace_of(topic, known.name) is not None
+        for key in fitting_keys(topic)
+        if key not in topics
     ]
     for match in named + own:
         if type_name is not None and canonical_type(type_name) != TOPICS[match.key].type:

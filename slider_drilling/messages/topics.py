@@ -7,12 +7,13 @@ a field of the same name in `slider_drilling.log.series.LogContents`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slider_drilling.messages.message_types import (
     DIAGNOSTIC_ARRAY,
     FLUID_PRESSURE,
     JOINT_STATE,
+    STRING,
     WRENCH_STAMPED,
     MessageType,
     logged_type,
@@ -88,8 +89,8 @@ _PUMP_SPEEDS = (-1.0, 100.0)  # rad/s; 120 strokes a minute are 12.6 rad/s
 _TOOL_FACES = (-400.0, 400.0)  # rad; room for degrees, which the log checks find
 _DEPTHS = (-100.0, 20_000.0)  # m
 
-# Keys are the names of the series of a log in memory (RigLog).
-TOPICS: dict[str, Topic] = {
+# What sensors and controllers of a rig say. Keys are the names of the series of a log in memory (RigLog).
+_RIG_TOPICS: dict[str, Topic] = {
     "top_drive": Topic(
         "top_drive/joint_states", JOINT_STATE, "top_drive",
         (
@@ -203,6 +204,52 @@ TOPICS: dict[str, Topic] = {
         "measured depth of the bit m, rate of penetration m/s", is_simulated_only=True,
     ),
 }  # fmt: skip
+
+
+def _of_twin(prefix: str, key: str, content: str) -> Topic:
+    """What a twin says of a sensor: a topic of the same type under a prefix, which viewers draw over the sensor's."""
+    sensor = _RIG_TOPICS[key]
+    quantities = tuple(
+        replace(one, column=f"{prefix}_{one.column}", label=f"{prefix} {one.label}", import_name="")
+        for one in sensor.quantities
+    )
+    return Topic(f"{prefix}/{sensor.name}", sensor.type, sensor.joint, quantities, content)
+
+
+# A rig's topics, and what the node `twin` says of its sensors: no measurement, and no controller reads it.
+TOPICS: dict[str, Topic] = _RIG_TOPICS | {
+    "expected_top_drive": _of_twin("expected", "top_drive", "by the twin: effort = expected surface torque N m"),
+    "expected_draw_works": _of_twin("expected", "draw_works", "by the twin: effort = expected hook load N"),
+    "expected_standpipe_pressure": _of_twin(
+        "expected", "standpipe_pressure", "by the twin: expected pressure Pa with its variance Pa2"
+    ),
+    "expected_mwd_tool_face": _of_twin(
+        "expected", "mwd_tool_face", "by the twin: toolface rad that the tool is expected to read now"
+    ),
+    "forecast_top_drive": _of_twin(
+        "forecast", "top_drive", "by the twin: effort = surface torque N m at the time of the stamp, which is ahead"
+    ),
+    "forecast_mwd_tool_face": _of_twin(
+        "forecast", "mwd_tool_face", "by the twin: toolface rad at the time of the stamp, which is ahead"
+    ),
+}
+# Messages of the twin whose numbers a log does not read back. A JointState holds a number for each channel or quantity:
+# `name` its name, `position` the number.
+GAP_TIMES = (10, 60, 300)  # s over which the gap is averaged
+GAP_TOPICS: dict[int, Topic] = {
+    seconds: Topic(f"gap/over_{seconds}_s", JOINT_STATE,
+                   content=f"gap of each channel over {seconds} s, in noise levels")
+    for seconds in GAP_TIMES
+}  # fmt: skip
+GAP_THRESHOLD = Topic("gap/threshold", JOINT_STATE, content="gap over 60 s above which a channel shows a change")
+TREND_TOPICS: dict[str, Topic] = {
+    "value": Topic("trend/value", JOINT_STATE, content="calibrated parameters of the rig: best values"),
+    "lower": Topic("trend/lower", JOINT_STATE, content="lower ends of their 95 % intervals"),
+    "upper": Topic("trend/upper", JOINT_STATE, content="upper ends of their 95 % intervals"),
+}
+GAP_DIAGNOSIS = Topic("gap/diagnosis", STRING, content="what changed, since when and why, as JSON; latched")
+TWIN_TOPICS = (*GAP_TOPICS.values(), GAP_THRESHOLD, *TREND_TOPICS.values(), GAP_DIAGNOSIS)
+TWIN_PREFIXES = ("expected", "forecast", "gap", "trend")  # first part of the names of all that the twin says
 # The commands of all drives in one message, which is taken or refused as a whole; instead of their own topics.
 DRIVES_COMMAND = Topic("drives/command", JOINT_STATE)
 DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY, content="health of each node")
@@ -218,6 +265,22 @@ def namespace_of(topic: str, relative: str) -> str | None:
     if name == relative:
         return ""
     return "/" + name[: -len(relative) - 1] if name.endswith("/" + relative) else None
+
+
+def fitting_keys(topic: str) -> list[str]:
+    """The entries of `TOPICS` that a topic may be, in any namespace; of several the most specific.
+
+    `/expected/standpipe_pressure` is what a twin expects of the pressure, not the pressure in a namespace `expected`.
+    """
+    fitting = [key for key, known in TOPICS.items() if namespace_of(topic, known.name) is not None]
+    longest = max((len(TOPICS[key].name) for key in fitting), default=0)
+    return [key for key in fitting if len(TOPICS[key].name) == longest]
+
+
+def is_of_twin(topic: str) -> bool:
+    """Whether a topic, in any namespace, is one of the twin's."""
+    twin = [known.name for key, known in TOPICS.items() if key.startswith(TWIN_PREFIXES)]
+    return any(namespace_of(topic, name) is not None for name in (*twin, *(known.name for known in TWIN_TOPICS)))
 
 
 def canonical_type(name: str) -> str:

@@ -17,7 +17,14 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
-from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
+from slider_drilling.live.page_requests import (
+    DiagnoseNow,
+    RequestQueue,
+    SetParameter,
+    SetRecording,
+    SetRocking,
+    SetTarget,
+)
 from slider_drilling.live.server import LOCAL, PORT, Address, PageServer
 from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
@@ -28,10 +35,11 @@ from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import steady_timer
+from slider_drilling.nodes.twin_subscriptions import subscribe_to_twin
 from slider_drilling.rig import parse_rig
 from slider_drilling.units import UNITS
 
-CONTROLLER, RECORDER = "rocking_controller", "recorder"
+CONTROLLER, RECORDER, TWIN = "rocking_controller", "recorder", "twin"
 ADJUSTABLE_NODES = (CONTROLLER, "friction_simulator")
 REQUEST_PERIOD = 0.05  # s of wall time between two looks for requests of the page
 PARAMETER_PERIOD = 2.0  # s of wall time between two reads of the nodes' parameters
@@ -83,6 +91,8 @@ class Dashboard(GuardedNode):
         state = self.state
         for name, use in (
             ("top_drive", lambda stamp_ns, angle, _, torque: state.add_sample(stamp_ns / 1e9, angle, torque)),
+            ("draw_works", lambda stamp_ns, at, _, load: state.set_block(stamp_ns / 1e9, at, load)),
+            ("bit_depth", lambda stamp_ns, depth, *_: state.set_bit_depth(stamp_ns / 1e9, depth)),
             ("mud_pump", lambda stamp_ns, _, speed, __: state.set_pump_speed(stamp_ns / 1e9, speed)),
             ("mwd_tool_face", self._on_tool_face),
             ("tool_face_target", lambda stamp_ns, angle, *_: setattr(state, "target", angle)),
@@ -91,6 +101,7 @@ class Dashboard(GuardedNode):
         ):
             topic = named(TOPICS[name], self._joints)
             raw_topics.subscription(self, topic, raw_topics.decoding(self, topic, use))
+        subscribe_to_twin(self, state)
         self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
         self.create_subscription(String, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description, raw_topics.LATCHED)
 
@@ -128,6 +139,8 @@ class Dashboard(GuardedNode):
                 self._trigger(f"{CONTROLLER}/{'start_rocking' if request.on else 'stop_rocking'}")
             elif isinstance(request, SetRecording):
                 self._trigger(f"{RECORDER}/{'resume' if request.on else 'pause'}")
+            elif isinstance(request, DiagnoseNow):
+                self._trigger(f"{TWIN}/diagnose")
 
     def _set_parameter(self, node: str, name: str, value: float, change: str) -> None:
         """change: how a notice names it."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.log_files import find_log_files, open_reader
-from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, namespace_of
+from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, fitting_keys, namespace_of
 from slider_drilling.nodes import raw_topics
 
 # Topics that are not played: the clock follows from the log times, the description is the log's attachment.
@@ -109,10 +109,11 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
 
 def _namespace(topics: Iterable[str]) -> str:
     """The namespace that the rig's topics of a log share; "" if there is none, or several rigs'."""
+    commands = (raw_topics.PUMP_COMMAND.name, DRIVES_COMMAND.name)
     namespaces = {
         namespace
         for topic in topics
-        for known in (*TOPICS.values(), raw_topics.PUMP_COMMAND, DRIVES_COMMAND)
-        if (namespace := namespace_of(topic, known.name)) is not None
+        for name in (*(TOPICS[key].name for key in fitting_keys(topic)), *commands)
+        if (namespace := namespace_of(topic, name)) is not None
     }
     return namespaces.pop() if len(namespaces) == 1 else ""

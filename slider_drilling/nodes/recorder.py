@@ -13,7 +13,14 @@ from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import DIAGNOSTICS, DRIVES_COMMAND, TOPICS
+from slider_drilling.messages.topics import (
+    DIAGNOSTICS,
+    DRIVES_COMMAND,
+    GAP_DIAGNOSIS,
+    TOPICS,
+    TWIN_TOPICS,
+    is_of_twin,
+)
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
@@ -23,8 +30,11 @@ from slider_drilling.nodes.services import trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
 
-RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, DRIVES_COMMAND,
+RECORDED = (*TOPICS.values(), *TWIN_TOPICS, DIAGNOSTICS, raw_topics.PUMP_COMMAND, DRIVES_COMMAND,
             raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)  # fmt: skip
+LATCHED = (raw_topics.RIG_DESCRIPTION, GAP_DIAGNOSIS)
+# What a simulated rig's log may lack.
+OPTIONAL = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, DRIVES_COMMAND, TOPICS["bit_depth"])
 TOP_DRIVE = TOPICS["top_drive"]  # the topic whose messages show that a rig runs
 CONNECT_PERIOD = 0.02  # s of wall time between two looks for its publisher
 MAX_DESCRIPTION_CHECKS = 100  # looks for which the rig's description is awaited, once it has a publisher
@@ -111,8 +121,7 @@ class Recorder(ManagedNode):
         self._topic_subscriptions = TopicSubscriptions(self, topic_filter, self._receive)
         for topic in RECORDED:
             if topic is not TOP_DRIVE:
-                is_latched = topic is raw_topics.RIG_DESCRIPTION
-                qos = raw_topics.LATCHED if is_latched else raw_topics.RELIABLE
+                qos = raw_topics.LATCHED if topic in LATCHED else raw_topics.RELIABLE
                 self._topic_subscriptions.subscribe(topic, qos)
         self._connecting = steady_timer(self, CONNECT_PERIOD, self._connect)
         steady_timer(self, FLUSH_PERIOD, self._on_flush)
@@ -138,8 +147,11 @@ class Recorder(ManagedNode):
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one per node."""
-        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, DRIVES_COMMAND, TOPICS["bit_depth"])
-        needed = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
+        needed = {
+            topic.name: nodes if topic is DIAGNOSTICS else 1
+            for topic in RECORDED
+            if topic not in OPTIONAL and not is_of_twin(topic.name)
+        }
         return all(self.publisher_count(self.resolve_topic_name(name)) >= count for name, count in needed.items())
 
     def subscribe_to_top_drive(self) -> None:

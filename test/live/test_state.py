@@ -175,7 +175,7 @@ def test_frame_is_json_in_page_units(state: LiveState) -> None:
     assert dial == {"target": -170.0, "estimate": 10.0, "spread": 4.5, "measured": [[10.0, 10.0]], "truth": -160.0}
     assert rocking_json(state) == {"centre": 3.25, "amplitude": 12.0, "period": 8.0, "angle": 2.0}
     rows = samples_json(state.samples_after(0)[0])
-    assert rows == [[100.0, 7.5, None, 2.0]]
+    assert rows == [[100.0, 7.5, None, None, 2.0]]
     json.dumps([dial, rows], allow_nan=False)
 
 
@@ -234,11 +234,12 @@ def test_parameters_keep_their_latest_value(state: LiveState) -> None:
 def test_frame_is_in_field_units(state: LiveState) -> None:
     state.add_sample(100.0, math.pi, 1355.8179483314004)
     state.update_statuses([Status(Level.OK, "rocking_controller: reach", "", REACH)])
-    assert samples_json(state.samples_after(0)[0], FIELD) == [[100.0, 1000.0, None, 0.5]]
+    assert samples_json(state.samples_after(0)[0], FIELD) == [[100.0, 1000.0, None, None, 0.5]]
     assert rocking_json(state, FIELD)["amplitude"] == pytest.approx(12.0 / (2.0 * math.pi))
     view = StringView(load_rig(), FIELD)
     assert view.well_path_json()["depth"][-1] == pytest.approx(4000.0 / 0.3048, abs=0.1)
     assert view.rotation_json(state)["rocked_to"] == pytest.approx(3240.0 / 0.3048)
     labels = labels_json(FIELD)
-    assert labels["strips"] == ["surface torque, ft lbf", "differential pressure, psi", "top drive, turns"]
-    assert (labels["length"], labels["turn"], labels["digits"]) == ("ft", "turns", [0, 0, 1])
+    assert labels["strips"] == [
+        "surface torque, ft lbf", "differential pressure, psi", "hook load, klbf", "top drive, turns"]
+    assert (labels["length"], labels["turn"], labels["digits"]) == ("ft", "turns", [0, 0, 1, 1])

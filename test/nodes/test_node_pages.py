@@ -164,7 +164,7 @@ def test_player_may_command_in_one_enclave_only(repository: Path):
 
 def test_dashboard_may_use_exactly_its_interfaces(alone, repository, monkeypatch):
     pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
-    from slider_drilling.live.page_requests import SetRecording, SetRocking, SetTarget
+    from slider_drilling.live.page_requests import DiagnoseNow, SetRecording, SetRocking, SetTarget
     from slider_drilling.nodes import dashboard
 
     class NoServer:
@@ -179,7 +179,8 @@ def test_dashboard_may_use_exactly_its_interfaces(alone, repository, monkeypatch
     monkeypatch.setattr(dashboard, "PageServer", NoServer)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = dashboard.Dashboard(ShutdownRequest())
-    for request in (SetTarget(0.0), *(kind(on) for kind in (SetRocking, SetRecording) for on in (True, False))):
+    switches = [kind(on) for kind in (SetRocking, SetRecording) for on in (True, False)]
+    for request in (SetTarget(0.0), DiagnoseNow(), *switches):
         node.requests.put(request)
     node._serve_requests()
     node._read_parameters()

@@ -224,11 +224,12 @@ class LoadCheck:
         onset = evidence.onset(_ONSET_SHARE * self.tolerance)
         change = evidence.change_since(onset)
         figures = (f"torque stands for {evidence.difference / 1e3:+.1f} kN m against pressure, "
-                   f"{_SAFE_SIDE * self.tolerance / 1e3:.1f} below and {self.tolerance / 1e3:.1f} above can be wrong")
+                   f"{_SAFE_SIDE * self.tolerance / 1e3:.1f} kN m below and {self.tolerance / 1e3:.1f} kN m above can "
+                   "be wrong")
         if change is not None:
             figures += (f"; weight since then by torque {change.torque / 1e3:+.0f} kN, by pressure "
-                        f"{change.pressure / 1e3:+.0f}, by hook load {change.hook_load / 1e3:+.0f}, by rate "
-                        f"{change.rate / 1e3:+.0f}")
+                        f"{change.pressure / 1e3:+.0f} kN, by hook load {change.hook_load / 1e3:+.0f} kN, by rate "
+                        f"{change.rate / 1e3:+.0f} kN")
             by_torque, by_pressure = (
                 _misfit(change, weight, self.target_weight) for weight in (change.torque, change.pressure))
             if by_torque > by_pressure:

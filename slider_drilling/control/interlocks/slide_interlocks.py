@@ -153,8 +153,8 @@ class Interlocks:
         elif circulating:
             self._report(Level.OK, "circulation", "mud flows through the motor")
         else:
-            self._report(Level.WARN, "circulation",
-                         f"pump speed {pump_speed:.1f} rad/s is below {self._min_pump_speed:.1f}: lowering stopped")
+            self._report(Level.WARN, "circulation", f"pump speed {pump_speed:.1f} rad/s is below "
+                         f"{self._min_pump_speed:.1f} rad/s: lowering stopped")
 
     def _report_following(self, follows: bool, tracking_error: float) -> None:
         if follows:
@@ -178,5 +178,5 @@ class Interlocks:
     def _report_stall(self, pressure: float) -> None:
         state, limit = self.stall.state, self.stall.limit
         self._report(Level.OK if state is StallState.NONE else Level.ERROR, "motor_stall",
-                     f"{state.value} ({pressure / 1e5:.1f} bar across the motor, limit {limit / 1e5:.1f}, "
+                     f"{state.value} ({pressure / 1e5:.1f} bar across the motor, limit {limit / 1e5:.1f} bar, "
                      f"{self.stall.count} stalls so far)")

@@ -14,6 +14,11 @@ export function colours() {
     estimate: dark ? "#56b4e9" : "#0072b2",
     measured: dark ? "#ffd166" : "#b15c00",
     truth: dark ? "#c9d1da" : "#444c55",
+    hook: dark ? "#f0e442" : "#7a5195",
+    expected: dark ? "#9b5d84" : "#e8a0c8",
+    expectedText: dark ? "#ff8fc8" : "#b3387f",
+    threshold: dark ? "#ffb14d" : "#b35c00",
+    bad: dark ? "#ff7b72" : "#c62828",
   };
 }
 

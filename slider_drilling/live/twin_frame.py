@@ -1,0 +1,86 @@
+"""What the page's script draws of a twin, as plain JSON; sent when it has changed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from slider_drilling.live.status_text import convert_status
+from slider_drilling.live.twin_state import TwinState
+from slider_drilling.units import SI, Units
+
+_TRENDS = ("friction", "motor_gain", "circulating_pressure", "string_stiffness")
+
+
+def twin_json(twin: TwinState, now: float, units: Units = SI) -> dict[str, Any]:
+    """Gaps, detections and trends for the browser.
+
+    Args:
+        twin: What the twin says.
+        now: Time of the latest sample, s.
+        units: Of texts.
+    """
+    points = twin.trends()
+    detections = [_detection_json(one, units) for one in twin.detections()]
+    return {
+        "now": round(now, 1),
+        "start": round(points[0].time, 1) if points else None,
+        "gaps": [_gap_json(name, *numbers) for name, numbers in twin.gaps().items()],
+        "detections": [one for one in detections if one is not None],
+        "trends": [
+            {"name": name.replace("_", " "),
+             "points": [[round(point.time, 1), *map(_finite, point.numbers[name])]
+                        for point in points if name in point.numbers]}
+            for name in _TRENDS
+        ],
+    }  # fmt: skip
+
+
+def _gap_json(name: str, quick: float, gap: float, slow: float, threshold: float) -> dict[str, Any]:
+    """Gaps over 10, 60 and 300 s as shares of the threshold, and the numbers as text."""
+
+    def share(value: float) -> float | None:
+        return _finite(value / threshold) if threshold > 0.0 else None
+
+    shown = f"{_number(gap)} of {_number(threshold)}"
+    return {
+        "name": name.replace("tool_face", "toolface").replace("_", " "),
+        "share": share(gap),
+        "quick": share(quick),
+        "slow": share(slow),
+        "shown": shown,
+    }
+
+
+def _detection_json(one: Mapping[str, Any], units: Units) -> dict[str, Any] | None:
+    """One detection for the time line; None if its times are missing."""
+    times = [one.get("detected"), one.get("since")]
+    interval = one.get("interval")
+    if not all(isinstance(time, (int, float)) for time in times):
+        return None
+    if not isinstance(interval, (list, tuple)) or len(interval) != 2:
+        interval = [one["since"], one["since"]]
+    return {
+        "detected": one["detected"], "since": one["since"], "interval": list(interval), "ended": one.get("ended"),
+        "named": bool(one.get("effects")), "label": detection_label(one, units),
+    }  # fmt: skip
+
+
+def detection_label(one: Mapping[str, Any], units: Units = SI) -> str:
+    """What a detection is called: its effects; else those suspected; else what was seen."""
+    effects, suspected = (
+        ", ".join(str(name).replace("_", " ") for name in one.get(key) or ()) for key in ("effects", "suspected")
+    )
+    if effects:
+        return effects
+    seen = convert_status(str(one.get("what") or one.get("site") or "a change"), units)
+    return f"suspected: {suspected} ({seen})" if suspected else seen
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"
+
+
+def _finite(value: float) -> float | None:
+    return round(value, 5) if math.isfinite(value) else None
