@@ -24,7 +24,7 @@ from slider_drilling.programmes import (
     open_loop_commands,
     parse_programme,
 )
-from slider_drilling.programmes.open_loop import plan_programme
+from slider_drilling.programmes.open_loop import SETTLING, plan_programme
 from slider_drilling.rig import Rig, load_rig
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -122,8 +122,9 @@ def test_slide_needs_feedback(rig: Rig) -> None:
 def test_block_goes_on_after_drill_off(rig: Rig) -> None:
     text = steps("block_speed: {speed: 9 m/h}", "drill_off: {time: 5 s}", "rest: {time: 9 s}")
     commands = open_loop_commands(parse_programme(text), rig)
-    assert commands.block_speed[commands.time < 2.0].max() > 0.0
-    assert not commands.block_speed[(commands.time > 4.1) & (commands.time < 7.0)].any()
+    time = commands.time - SETTLING
+    assert commands.block_speed[time < 2.0].max() > 0.0
+    assert not commands.block_speed[(time > 4.1) & (time < 7.0)].any()
     assert commands.block_speed[-1] == pytest.approx(0.0025)
 
 
@@ -131,7 +132,7 @@ def test_flow_changes_within_its_ramp(rig: Rig) -> None:
     commands = open_loop_commands(Programme((Step(Flow(0.016, ramp=4.0)), Step(DrillOff(2.0)))), rig)
     half = 0.016 / rig.mud_pump.displacement
     assert commands.pump_speed[0] == pytest.approx(2.0 * half)
-    assert commands.pump_speed[commands.time >= 4.0] == pytest.approx(half)
+    assert commands.pump_speed[commands.time >= 4.0 + SETTLING] == pytest.approx(half)
 
 
 def test_commissioning_takes_four_minutes(rig: Rig) -> None:

@@ -187,6 +187,41 @@ class SlideController:
         estimator = self._state.tool_face
         return self._target - estimator.tool_face if estimator.known else 0.0
 
+    @property
+    def tool_face_sigma(self) -> float:
+        """One standard deviation of the estimated toolface, rad; infinite before the toolface is known."""
+        estimator = self._state.tool_face
+        return estimator.sigma if estimator.known else math.inf
+
+    @property
+    def drills(self) -> bool:
+        """Whether the bit is on bottom with nearly the pressure that is asked for."""
+        return self._block.loaded(self._state.pressure.smooth)
+
+    @property
+    def weight_on_bit(self) -> float:
+        """Larger weight on bit of those that pressure and hook load show, N."""
+        by_pressure = self._block.auto_driller.weight_per_pressure * self._state.pressure.quick
+        by_hook_load = self._load.check.weight
+        return max(by_pressure, by_hook_load) if math.isfinite(by_hook_load) else by_pressure
+
+    @property
+    def parked(self) -> bool:
+        """Whether the top drive stands still because the setting `rocking` is 0."""
+        return self._settings.rocking < 0.5 and self._reference is not None and self._reference.speed == 0.0
+
+    def start_off_bottom(self, touching_position: float, hook_load: float) -> None:
+        """Say before the first step that the bit was lifted, which leaves drag in the hook load.
+
+        The bit then goes quickly to just above bottom, as after a stall.
+
+        Args:
+            touching_position: Of the block where the bit touches bottom, m.
+            hook_load: Of the string off bottom, free of drag, N.
+        """
+        self._block.return_to_bottom.start_off_bottom(touching_position)
+        self._block.drag.start_tared(hook_load)
+
     def zones(self) -> Zones:
         """The three zones as estimated now: the reach of rocking and of the reactive torque."""
         return self._amplitude.zones(self._state.pressure.reactive_torque)

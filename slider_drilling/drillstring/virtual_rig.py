@@ -83,7 +83,7 @@ class VirtualRig:
         self.interval = 1.0 / rig.sensors.rate
         if pump_speed is None:
             pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
-        self._plant = Plant(rig, elements, self.interval, start, modifiers, substeps)
+        self._plant = self._make_plant(elements, start, modifiers, substeps)
         self._drives = DriveState(pump_speed=pump_speed)
         self._random = np.random.default_rng(seed)
         names = ("surface_torque", "hook_load", "standpipe_pressure")
@@ -144,6 +144,18 @@ class VirtualRig:
         self._mwd = saved.mwd.copy()
         self._random.bit_generator.state = copy.deepcopy(saved.random)
 
+    def _make_plant(self, elements: int, start: InitialState, modifiers: Modifiers, substeps: int | None) -> Any:
+        """The plant, which a rig of another kind replaces."""
+        return Plant(self.rig, elements, self.interval, start, modifiers, substeps)
+
+    def _as_read(self, truth: GroundTruth) -> GroundTruth:
+        """What the instruments make of the true channels, before lag, noise and resolution."""
+        return truth
+
+    def _driven(self) -> tuple[float, float]:
+        """Angle rad and speed rad/s of the top drive, as its encoder shows them."""
+        return self._drives.top_drive_angle, self._drives.top_drive_speed
+
     def _advance(self) -> GroundTruth:
         d = self._drives
         time = self._samples * self.interval
@@ -151,12 +163,13 @@ class VirtualRig:
         return _true_state(self._plant.advance(Commands(*(np.array([value]) for value in row))))
 
     def _measure(self, mwd: tuple[MwdSample, ...]) -> Measurements:
-        read = {name: sensor.read(getattr(self.truth, name), self._random) for name, sensor in self._sensors.items()}
-        d = self._drives
+        seen = self._as_read(self.truth)
+        read = {name: sensor.read(getattr(seen, name), self._random) for name, sensor in self._sensors.items()}
+        d, (angle, speed) = self._drives, self._driven()
         return Measurements(
             time=self.truth.time,
-            top_drive_angle=d.top_drive_angle,
-            top_drive_speed=d.top_drive_speed,
+            top_drive_angle=angle,
+            top_drive_speed=speed,
             block_position=d.block_position,
             block_speed=d.block_speed,
             pump_speed=d.pump_speed,

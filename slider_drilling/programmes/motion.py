@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,8 @@ class DriveStates:
         lowering: Speed of the block now, m/s.
         block_speed: Of the last block-speed step, to which the block returns, m/s.
         pump: Crank speed of the pump, rad/s.
-        deepest: Position of the block at which the bit touches bottom, as far as commands tell, m.
+        deepest: Lowest position of the block so far, or that at which the bit touches bottom at the start, m.
+        touching: Position of the block at which the bit touches bottom without weight, m.
     """
 
     angle: float
@@ -31,6 +33,7 @@ class DriveStates:
     block_speed: float
     pump: float
     deepest: float
+    touching: float
 
 
 class SpeedProfile:
@@ -95,9 +98,14 @@ class SpeedProfile:
         self.ramp(0.0, peak / acceleration)
 
     def at(self, time: float) -> tuple[float, float]:
-        """Position and speed at a time, s."""
-        position, speed = self.sample(np.array([time]))
-        return float(position[0]), float(speed[0])
+        """Position and speed at a time, s, not below 0."""
+        cell = bisect.bisect_right(self._times, time) - 1
+        since, speed = time - self._times[cell], self._speeds[cell]
+        if cell < len(self._times) - 1:
+            slope = (self._speeds[cell + 1] - speed) / (self._times[cell + 1] - self._times[cell])
+        else:
+            slope = 0.0
+        return self._positions[cell] + (speed + 0.5 * slope * since) * since, speed + slope * since
 
     def sample(self, time: Array) -> tuple[Array, Array]:
         """Positions and speeds (n,) at times (n,), s, not below 0."""

@@ -32,7 +32,11 @@ class TimedMotion:
 def initial_drives(rig: Rig, bit_height: float = 0.0) -> DriveStates:
     """Drives at rest, the pump at the reference flow, the bit so far (m) above bottom."""
     pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
-    return DriveStates(0.0, 0.0, 0.0, 0.0, 0.0, pump, bit_height)
+    return DriveStates(0.0, 0.0, 0.0, 0.0, 0.0, pump, bit_height, bit_height)
+
+
+SETTLING = 3.0
+"""s before the first step, in which nothing moves and hook load and pressure are tared."""
 
 
 def plan_programme(programme: Programme, rig: Rig, source: str = "programme") -> tuple[TimedMotion, ...]:
@@ -46,7 +50,7 @@ def plan_programme(programme: Programme, rig: Rig, source: str = "programme") ->
     Raises:
         InputError: A step needs feedback, or does not fit what comes before it.
     """
-    drives, begin, planned = initial_drives(rig, programme.bit_height), 0.0, []
+    drives, begin, planned = initial_drives(rig, programme.bit_height), SETTLING, []
     for index, step in enumerate(programme.steps):
         where = f"{source}: steps[{index}].{step.key}"
         motion = plan_motion(step.action, drives, rig, programme.drive_acceleration, where)
@@ -80,7 +84,8 @@ def open_loop_commands(
     time = np.arange(0.0, duration + 0.5 * interval, interval)
     begins = np.array([step.begin for step in planned])
     step_of = np.searchsorted(begins, time, side="right") - 1
-    rows = np.empty((5, time.size))
+    rows = np.zeros((5, time.size))
+    rows[4, step_of < 0] = initial_drives(rig).pump
     for index, step in enumerate(planned):
         chosen = step_of == index
         since = time[chosen] - step.begin

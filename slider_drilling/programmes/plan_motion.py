@@ -26,6 +26,7 @@ from slider_drilling.rig import Rig
 BLOCK_ACCELERATION = 0.05  # m/s2: full tripping speed in 40 s, drilling speed at once
 _BLOCK_RAMP = 2.0  # s, between two speeds of drilling
 _PUMP_RAMP = 10.0  # s, of a connection
+_MOST_STRETCH = 1.0  # m by which weight shortens a string
 _APPROACH_SPEED, _APPROACH_HEIGHT = 0.05, 0.5  # m/s and m above bottom, of a rotating bit that is lowered to it
 
 
@@ -62,8 +63,11 @@ class _Planner:
         """The motion, at least so long, s."""
         self.block.hold_until(time)
         duration = self.wait_for_all()
+        deepest = max(self.start.deepest, self.block.highest)
+        # What the bit weighs is not known beforehand; measured positions replace this in a run.
+        touching = max(self.start.touching, deepest - _MOST_STRETCH)
         end = DriveStates(self.top_drive.position, self.top_drive.speed, self.block.position, self.block.speed,
-                          self.block_speed, self.pump.speed, max(self.start.deepest, self.block.highest))  # fmt: skip
+                          self.block_speed, self.pump.speed, deepest, touching)  # fmt: skip
         return StepMotion(duration, self.top_drive, self.block, self.pump, end)
 
 
@@ -100,11 +104,11 @@ def _rotate(action: Rotate, planner: _Planner, where: str) -> StepMotion:
     if speed <= 0.0:
         raise InputError(f"{where}: length = {action.length:g} m needs a block that is lowered; give this step a "
                          "block_speed, or put a block_speed step before it")  # fmt: skip
-    block, height = planner.block, planner.start.deepest - planner.block.position
+    block, height = planner.block, planner.start.touching - planner.block.position
     if height > _APPROACH_HEIGHT:
         planner.lower_at(0.0)
         block.hold_until(planner.top_drive.duration)
-        left = planner.start.deepest - _APPROACH_HEIGHT - block.position
+        left = planner.start.touching - _APPROACH_HEIGHT - block.position
         block.travel(left, _APPROACH_SPEED, BLOCK_ACCELERATION)
     planner.lower_at(speed)
     left = planner.start.deepest + action.length - block.position

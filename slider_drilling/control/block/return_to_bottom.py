@@ -43,6 +43,11 @@ class ReturnToBottom:
         self.under_way = self.fast = True
         self._rested = 0.0
 
+    def start_off_bottom(self, touching_position: float) -> None:
+        """Record that a slide begins off bottom, and at which position of the block (m) the bit will touch it."""
+        self._touching_position = touching_position
+        self.pick_up()
+
     def touched(self) -> None:
         """Record that the bit is on bottom again."""
         self.under_way = self.fast = False

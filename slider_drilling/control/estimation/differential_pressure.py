@@ -73,6 +73,10 @@ class DifferentialPressure:
         if not outside:
             self._off_bottom += (1.0 - math.exp(-step / _TARE_TIME)) * (measured - self._off_bottom)
 
+    def circulating(self, pump_speed: float) -> float:
+        """Standpipe pressure off bottom at a crank speed of the pump (rad/s), Pa."""
+        return self._off_bottom * float(max(pump_speed, 0.0) / self._reference_speed) ** _FLOW_EXPONENT
+
     def update(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
         """Take one sample: pressure Pa, crank speed of the pump rad/s, time since the last one s."""
         if not (math.isfinite(standpipe_pressure) and math.isfinite(pump_speed)):

@@ -48,13 +48,18 @@ class DragMonitor:
         self._full_drag = max(float(self._drag_below[0]), 1.0)
         self._friction_scale = 1.0
         self._off_bottom_load = self._load = math.nan   # N
+        self._tared = False
         self.drag = math.nan
         self.share = math.nan
         self.share_lower_bound = math.nan
 
+    def start_tared(self, off_bottom_load: float) -> None:
+        """Use a hook load (N) that was measured off bottom, free of drag; `tare` then changes nothing."""
+        self._off_bottom_load, self._tared = off_bottom_load, True
+
     def tare(self, hook_load: float, step: float) -> None:
         """Take one sample off bottom: hook load N, time since the last one s."""
-        if math.isfinite(hook_load):
+        if math.isfinite(hook_load) and not self._tared:
             if math.isnan(self._off_bottom_load):
                 self._off_bottom_load = hook_load
             self._off_bottom_load += (1.0 - math.exp(-step / _TARE_TIME)) * (hook_load - self._off_bottom_load)
