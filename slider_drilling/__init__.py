@@ -48,6 +48,7 @@ _MODULES = {
     "simulate": "api.simulate",
     "study": "api.study",
     "torque_drag": "api.torque_drag",
+    "vector_env": "api.vector_env",
     "with_effect": "api.with_effect",
 }
 __all__ = ["__version__", *_MODULES]

@@ -23,6 +23,7 @@ from slider_drilling.api.study import StudyResult as StudyResult
 from slider_drilling.api.study import study as study
 from slider_drilling.api.torque_drag import TorqueDragResult as TorqueDragResult
 from slider_drilling.api.torque_drag import torque_drag as torque_drag
+from slider_drilling.api.vector_env import vector_env as vector_env
 from slider_drilling.api.with_effect import with_effect as with_effect
 from slider_drilling.control.interface import Measurements as Measurements
 from slider_drilling.control.interface import RigCommand as RigCommand

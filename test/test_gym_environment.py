@@ -1,7 +1,6 @@
 """SlideEnvironment: gymnasium's own checker, actions, rewards and seeds."""
 
 import dataclasses
-import re
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env
 
-from slider_drilling.slide_scenarios.environment import SlideEnvironment
+from slider_drilling.training.slide_environment import SlideEnvironment
 
 HOLD = dataclasses.replace(next(scenario for scenario in SCENARIOS if scenario.name == "hold, 2.6 km"), duration=20.0)
 
@@ -34,27 +33,20 @@ def test_gymnasium_checker_passes():
 
 
 def test_action_turns_drive_and_lowers_block():
-    observations, rewards, info = episode((0.1, 0.02))
+    observations, rewards, info = episode((1.2, 0.002))
     assert len(rewards) == 20
-    assert observations[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.assumed_rig().top_drive.max_speed, rel=0.1)
-    assert observations[-1][2] == pytest.approx(20.0 * 0.002, rel=0.1)
-    assert observations[-1][1] > 1.0, "turning right takes torque to the right"
-    assert rewards[-1] == pytest.approx(-abs(info["error"]) / np.pi, abs=0.01)
+    assert observations[-1][1] == pytest.approx(20.0 * 1.2, rel=0.1)
+    assert observations[-1][4] == pytest.approx(20.0 * 0.002, rel=0.1)
+    assert observations[-1][3] > 1.0, "turning right takes torque to the right"
+    drilled = rewards[-1] / (1.0 - 2.0 * abs(info["error"]) / np.pi)
+    assert drilled == pytest.approx(info["truth"]["rate_of_penetration"] / 0.0025, abs=0.2)
 
 
 def test_seed_fixes_episode():
-    assert np.array_equal(episode((0.1, 0.0))[0], episode((0.1, 0.0))[0])
-    assert not np.array_equal(episode((0.1, 0.0))[0], episode((0.1, 0.0), seed=4)[0])
+    assert np.array_equal(episode((1.2, 0.0))[0], episode((1.2, 0.0))[0])
+    assert not np.array_equal(episode((1.2, 0.0))[0], episode((1.2, 0.0), seed=4)[0])
 
 
 def test_step_before_reset_raises():
     with pytest.raises(RuntimeError, match="reset"):
         SlideEnvironment(HOLD, elements=20).step(np.zeros(2, np.float32))
-
-
-def test_code_of_the_control_page_runs(repository):
-    page = repository / "docs" / "explanation" / "control.md"
-    (code,) = re.findall(r"```py\n(.*?)```", page.read_text(), re.DOTALL)
-    names = {}
-    exec(code, names)
-    assert names["environment"].observation_space.contains(names["observation"]) and not names["ended"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from slider_drilling.benchmarks.diagnosis import diagnose_time
+from slider_drilling.benchmarks.many_rigs import environment_rates
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.sessions import node_start, session_rates
 from slider_drilling.benchmarks.start_up import start_up
@@ -14,6 +15,7 @@ STAGES: tuple[tuple[str, Callable[[], list[BenchmarkResult]]], ...] = (
     ("the step of the string", string_rates),
     ("roots and exponentials", machine_rates),
     ("closed loop and recorder", session_rates),
+    ("many rigs at once", environment_rates),
     ("diagnosis", lambda: [diagnose_time()]),
     ("start-up", lambda: [*start_up(), node_start()]),
 )

@@ -34,7 +34,10 @@ def follow_command(
         surface_torque: N m.
         interval: s.
     """
-    speed = _top_drive_speed(state, command, surface_torque, limits, interval)
+    speed = next_top_drive_speed(
+        state.top_drive_angle, state.top_drive_speed, command.top_drive_angle, command.top_drive_speed, surface_torque,
+        limits.max_acceleration, limits.max_speed, limits.max_torque, interval,
+    )  # fmt: skip
     return DriveState(
         top_drive_angle=state.top_drive_angle + 0.5 * (state.top_drive_speed + speed) * interval,
         top_drive_speed=speed,
@@ -44,14 +47,24 @@ def follow_command(
     )
 
 
-def _top_drive_speed(
-    state: DriveState, command: RigCommand, surface_torque: float, limits: TopDrive, interval: float
-) -> float:
-    behind = command.top_drive_angle - state.top_drive_angle
-    braking_speed = math.sqrt(2.0 * limits.max_acceleration * abs(behind))
-    wanted = command.top_drive_speed + math.copysign(min(abs(behind) / _SETTLING, braking_speed), behind)
-    wanted = min(max(wanted, -limits.max_speed), limits.max_speed)
-    if abs(surface_torque) >= limits.max_torque and wanted * surface_torque > 0.0:
+def next_top_drive_speed(
+    angle: float, speed: float, commanded_angle: float, commanded_speed: float, surface_torque: float,
+    max_acceleration: float, max_speed: float, max_torque: float, interval: float,
+) -> float:  # fmt: skip
+    """Speed of the top drive one interval later, rad/s; plain arithmetic, which `training` compiles.
+
+    Args:
+        angle, speed: Of the drive now, rad and rad/s.
+        commanded_angle, commanded_speed: Of the trajectory, rad and rad/s.
+        surface_torque: N m.
+        max_acceleration, max_speed, max_torque: Limits of the drive, rad/s2, rad/s and N m.
+        interval: s.
+    """
+    behind = commanded_angle - angle
+    braking_speed = math.sqrt(2.0 * max_acceleration * abs(behind))
+    wanted = commanded_speed + math.copysign(min(abs(behind) / _SETTLING, braking_speed), behind)
+    wanted = min(max(wanted, -max_speed), max_speed)
+    if abs(surface_torque) >= max_torque and wanted * surface_torque > 0.0:
         wanted = 0.0
-    change = limits.max_acceleration * interval
-    return min(max(wanted, state.top_drive_speed - change), state.top_drive_speed + change)
+    change = max_acceleration * interval
+    return min(max(wanted, speed - change), speed + change)

@@ -25,6 +25,11 @@ def quantise(value: float, resolution: float) -> float:
     return round(steps) * resolution if abs(steps) < _MAX_STEPS else value
 
 
+def lag_gain(lag: float, interval: float) -> float:
+    """Fraction of the way to the truth that a reading with a first-order lag goes between two samples; both s."""
+    return 1.0 - math.exp(-interval / lag) if lag > 0.0 else 1.0
+
+
 @dataclass
 class SurfaceSensor:
     """First-order lag, white noise, then quantisation, sampled every ``interval`` seconds."""
@@ -36,7 +41,7 @@ class SurfaceSensor:
     def read(self, truth: float, random: np.random.Generator) -> float:
         """The reading for a true value now; the first call starts the lag in its steady state."""
         noise = random.normal(0.0, 1.0) * self.settings.noise
-        gain = 1.0 - math.exp(-self.interval / self.settings.lag) if self.settings.lag > 0.0 else 1.0
+        gain = lag_gain(self.settings.lag, self.interval)
         self.lagged = truth if self.lagged is None else self.lagged + gain * (truth - self.lagged)
         return quantise(self.lagged + noise, self.settings.resolution)
 

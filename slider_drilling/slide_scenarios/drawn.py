@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,9 @@ _ONE_EFFECT, _TWO_EFFECTS = 0.4, 0.2  # shares of slides with one and with two e
 Random = np.random.Generator
 
 
-def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) -> Scenario:
+def draw_slide(
+    number: int, seed: int, base: Rig, duration: float = DURATION_S, effects: Sequence[str] = tuple(sorted(EFFECTS))
+) -> Scenario:
     """Returns a random slide of a closed-loop campaign.
 
     The true rig differs from the rig file of the controller in friction of cased and open hole, damping, compliance,
@@ -30,6 +33,7 @@ def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) 
         seed: Of the campaign.
         base: Rig that wells, string and fluids are drawn from.
         duration: In s.
+        effects: Those that the true rig may have.
 
     Raises:
         InputError: A rig near the base is not valid.
@@ -37,8 +41,8 @@ def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) 
     # The order of the draws defines the slides of a seed.
     random = np.random.default_rng((seed, number))
     nominal = _nominal_rig(random, base)
-    effects, names = _effects(random, nominal, duration)
-    truth = replace(_true_rig(random, nominal), effects=effects)
+    present, names = _effects(random, nominal, duration, effects)
+    truth = replace(_true_rig(random, nominal), effects=present)
     target = float(random.uniform(-180.0, 180.0))
     return Scenario(
         name=f"slide {number}", well=f"{nominal.string.length / 1e3:.1f} km", about=", ".join(names) or "no effect",
@@ -98,8 +102,8 @@ def _perturbed(random: Random, value: float, spread: float) -> float:
     return value * float(np.exp(random.normal(0.0, spread)))
 
 
-def _effects(random: Random, rig: Rig, duration: float) -> tuple[Effects, list[str]]:
+def _effects(random: Random, rig: Rig, duration: float, among: Sequence[str]) -> tuple[Effects, list[str]]:
     chance = random.uniform()
     count = 2 if chance < _TWO_EFFECTS else 1 if chance < _TWO_EFFECTS + _ONE_EFFECT else 0
-    names = [str(name) for name in random.choice(sorted(EFFECTS), size=count, replace=False)]
+    names = [str(name) for name in random.choice(among, size=min(count, len(among)), replace=False)] if among else []
     return effects_with(**{name: EFFECTS[name].draw(random, rig.string.length, duration) for name in names}), names

@@ -116,7 +116,7 @@ class ForeignPlant:
         rows = np.column_stack([commands.time, commands.rows(), *changes])
         fresh = self._state is None
         if self._state is None or self._last_row is None:
-            self._state = self._initial_state(rows[0])
+            self._state = self.initial_state(rows[0])
         else:
             rows = np.concatenate([self._last_row[None], rows])
         state = self._state
@@ -140,8 +140,12 @@ class ForeignPlant:
         self._state, self._last_row = other._state.copy(), other._last_row.copy()
         self._hanging, self._driven = other._hanging, list(other._driven)
 
-    def _initial_state(self, row: Array) -> ForeignState:
-        """Hanging at rest without friction, twisted evenly, the bit just on bottom; row: of the commands."""
+    def initial_state(self, row: Array) -> ForeignState:
+        """Hanging at rest without friction, twisted evenly, the bit just on bottom.
+
+        Args:
+            row: (9,) time s, the commands, and the slow factors of friction, bit torque and pressure.
+        """
         e, heave = self._elements, self.rig.effects.heave
         top = row[3] + heave.amplitude * math.sin(heave.phase)
         carried = np.cumsum(e.axial_load[::-1])[::-1]
