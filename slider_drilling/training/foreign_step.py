@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from slider_drilling.blind.foreign import kernel
+from slider_drilling.blind.foreign.instruments import SHEAVE_REVERSAL_SPEED
 from slider_drilling.drillstring.kernel_arrays import CHANNELS
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.training.instruments import (
@@ -23,7 +24,6 @@ from slider_drilling.training.plant_rows import EXACT, copy_values, foreign_elem
 
 # Columns of `instruments`: what a foreign rig's instruments make of its channels (`blind.foreign.instruments`).
 JITTER, ENCODER_STEP, HOOK_GAIN, HOOK_OFFSET, HYSTERESIS, HELD = range(6)
-_REVERSAL = 5e-4  # m/s of block speed, below which the friction of the sheaves is not fully turned round
 _CHANNELS = len(CHANNELS)
 
 
@@ -38,7 +38,7 @@ def _hook_load(k, truth, drives, instruments):
     """Hook load as the dead line shows it, N."""
     settings = instruments[k]
     load = truth[HOOK_LOAD] * (1.0 + settings[HOOK_GAIN]) + settings[HOOK_OFFSET]
-    return load - settings[HYSTERESIS] * math.tanh(drives[3] / _REVERSAL)
+    return load - settings[HYSTERESIS] * math.tanh(drives[3] / SHEAVE_REVERSAL_SPEED)
 
 
 @njit(**EXACT)
@@ -104,7 +104,8 @@ def step_foreign_rigs(
                 torque, pressure, held[i, 1] = truth[TORQUE], truth[PRESSURE], 0.0
                 driven[i, 0], driven[i, 1] = angle, rate
             if time >= held[i, 1]:
-                held[i, 0], held[i, 1] = _hook_load(j, truth, s.drives[i], instruments), time + instruments[j, HELD]
+                held[i, 0] = _hook_load(j, truth, s.drives[i], instruments)
+                held[i, 1] = time + instruments[j, HELD] - 0.5 * interval
             read_surface(
                 i, k, fresh, _late(torque, truth[TORQUE], late), held[i, 0],
                 _late(pressure, truth[PRESSURE], late), s, p,
