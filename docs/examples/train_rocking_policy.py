@@ -130,9 +130,11 @@ class Trainer:
         self._features = self._memory.features(self._observation)
         self._over = np.zeros(SLOTS, dtype=bool)
         self.error = np.zeros(0)
+        self._staggered = 0
 
     def rollout(self) -> Rollout:
         """Slide on for STEPS seconds."""
+        self._stagger()
         rows: list[list[Array]] = [[] for _ in range(7)]
         errors = []
         for _ in range(STEPS):
@@ -153,6 +155,15 @@ class Trainer:
                 column.append(value)
         self.error = np.concatenate(errors)
         return Rollout(*(np.array(column) for column in rows))
+
+    def _stagger(self) -> None:
+        """Start a seventh of the slides again, so that not all of them are at their beginning at once."""
+        if self._staggered < 7:
+            mask = np.arange(SLOTS) % 7 == self._staggered
+            self._observation, _ = self._slides.reset(options={"reset_mask": mask})
+            self._memory.restart(mask, self._slides.rig_index)
+            self._features, self._over = self._memory.features(self._observation), self._over & ~mask
+            self._staggered += 1
 
     def update(self, rate: float) -> Rollout:
         """One update of PPO; returns what it learnt from."""

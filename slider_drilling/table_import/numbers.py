@@ -21,6 +21,7 @@ NULL_WORDS = frozenset({
     "*", "?", ".",
 })  # fmt: skip
 _COMMA = re.compile(r"[+-]?\d{1,3}(?:[. ']?\d{3})*,\d+|[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_GROUPING = re.compile(r"[.' \u00a0\u202f]")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[,' \u00a0\u202f]\d{3})+(?:\.\d*)?")
 # Numbers that exporters write for "no value".
 _NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
@@ -81,6 +82,11 @@ def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[A
         except ValueError:
             pass
     comma, thousands = _marks(cells, decimal, delimiter)
+    if comma and not _GROUPING.search("".join(cells)):
+        try:
+            return np.array([float(cell.replace(",", ".")) if cell else math.nan for cell in cells]), True, False
+        except ValueError:
+            pass
     values = np.empty(len(cells))
     for index, cell in enumerate(cells):
         word = cell.strip()
@@ -106,15 +112,12 @@ def _marks(cells: list[str], decimal: str, delimiter: str) -> tuple[bool, bool]:
     if decimal == ",":
         return True, False
     odd = [cell.strip() for cell in cells if "," in cell or " " in cell.strip() or "'" in cell or "\u00a0" in cell]
-    grouped = [word for word in odd if _THOUSANDS.fullmatch(word)]
-    if decimal == ".":
-        return False, bool(grouped)
-    commas = [word for word in odd if "," in word and _COMMA.fullmatch(word)]
-    # 8,125 between semicolons is 8.125; between commas, in quotes, it is eight thousand.
-    certain = [word for word in commas if not _THOUSANDS.fullmatch(word)]
-    if certain or (commas and delimiter not in ("", ",")):
-        return True, False
-    return False, bool(grouped)
+    if decimal != ".":
+        # 8,125 between semicolons is 8.125; between commas, in quotes, it is eight thousand.
+        commas = (word for word in odd if "," in word and _COMMA.fullmatch(word))
+        if any(delimiter not in ("", ",") or not _THOUSANDS.fullmatch(word) for word in commas):
+            return True, False
+    return False, any(_THOUSANDS.fullmatch(word) for word in odd)
 
 
 def without_undeclared_nulls(values: Array, positive: bool) -> tuple[Array, tuple[tuple[float, int], ...]]:

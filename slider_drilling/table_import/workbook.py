@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,51 +27,51 @@ def open_workbook(path: Path, sheet: str, layout: TableLayout | None) -> TableIn
     names, units, after, named = find_heads(texts, layout)
     first = next((index for index, line in enumerate(lines) if line > after), len(rows))
     width = len(names)
+    by_place = list(zip(*rows[first:], strict=True))  # all rows are as wide as the sheet
     columns: dict[str, Cells] = {
-        name: _column([row[place] if place < len(row) else None for row in rows[first:]])
-        for place, name in enumerate(names)
+        name: _column(by_place[place] if place < len(by_place) else ()) for place, name in enumerate(names)
     }
     heads = Heads(names, tuple((units + [""] * width)[:width]), named=named)
     return TableInMemory(heads, Table(printable(str(path)), columns, np.array(lines[first:], dtype=np.int64)))
 
 
-def _cells(path: Path, sheet: str) -> tuple[list[tuple[Any, ...]], list[int]]:
-    """Values of all rows that are not empty, and their numbers."""
-    openpyxl = library("openpyxl", path, "a workbook")
+def _cells(path: Path, sheet: str) -> tuple[list[list[Any]], list[int]]:
+    """Values of all rows that are not empty, and their numbers; empty cells are empty texts."""
+    calamine = library("python_calamine", path, "a workbook")
     try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    except Exception as error:  # openpyxl raises many kinds for a file that is none
+        book = calamine.CalamineWorkbook.from_path(path)
+        if sheet and sheet not in book.sheet_names:
+            raise InputError(f"{path}: has no sheet {sheet!r}; it has {', '.join(book.sheet_names)}")
+        area = book.get_sheet_by_name(sheet) if sheet else book.get_sheet_by_index(0)
+        if area.total_height * area.total_width > _MAX_CELLS:
+            raise InputError(f"{path}: more than {_MAX_CELLS} cells; save it as CSV")
+        every = area.to_python(skip_empty_area=False)
+    except (calamine.CalamineError, OSError) as error:
         raise InputError(f"{path}: cannot read this workbook: {' '.join(str(error).split())[:200]}") from None
-    try:
-        if sheet and sheet not in book.sheetnames:
-            raise InputError(f"{path}: has no sheet {sheet!r}; it has {', '.join(book.sheetnames)}")
-        rows, lines, count = [], [], 0
-        for number, row in enumerate((book[sheet] if sheet else book.worksheets[0]).iter_rows(values_only=True), 1):
-            if any(value is not None and value != "" for value in row):
-                rows.append(row)
-                lines.append(number)
-                count += len(row)
-            if count > _MAX_CELLS:
-                raise InputError(f"{path}: row {number}: more than {_MAX_CELLS} cells; save it as CSV")
-    finally:
-        book.close()
+    rows, lines = [], []
+    for number, row in enumerate(every, 1):
+        if any(value != "" for value in row):
+            rows.append(row)
+            lines.append(number)
     if not rows:
         raise InputError(f"{path}: is empty; expected a header line and rows of numbers")
     return rows, lines
 
 
 def _text(value: Any) -> str:
-    return "" if value is None else str(value).strip()
+    return str(value).strip()
 
 
-def _column(values: list[Any]) -> Cells:
+def _column(values: Sequence[Any]) -> Cells:
     """A column as numbers, as times, or as text where it holds anything else."""
-    known = [value for value in itertools.islice(values, 2000) if value is not None and value != ""]
+    if set(map(type, values)) <= {int, float}:
+        return np.array(values, dtype=float)
+    known = [value for value in itertools.islice(values, 2000) if value != ""]
     if known and all(isinstance(value, (datetime.datetime, datetime.date, datetime.time)) for value in known):
         return np.array([_stamp(value) for value in values], dtype="datetime64[ns]")
     if known and all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values
-                     if value is not None):  # fmt: skip
-        return np.array([np.nan if value is None else float(value) for value in values])
+                     if value != ""):  # fmt: skip
+        return np.array([np.nan if value == "" else float(value) for value in values])
     return [_text(value) for value in values]
 
 
