@@ -29,13 +29,13 @@ def map_in_processes(function: Callable[..., T], calls: Iterable[tuple[object, .
     from joblib import Parallel, delayed
 
     parallel = Parallel(
-        n_jobs=jobs, return_as="generator_unordered", initializer=_exit_with_parent, initargs=(os.getpid(),)
+        n_jobs=jobs, return_as="generator_unordered", initializer=exit_with_parent, initargs=(os.getpid(),)
     )
     task = delayed(function)
     yield from parallel(task(*call) for call in calls)
 
 
-def _exit_with_parent(parent: int) -> None:
+def exit_with_parent(parent: int) -> None:
     """A worker whose parent was killed would wait for ever to hand over its result."""
 
     def watch() -> None:

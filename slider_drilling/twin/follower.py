@@ -17,6 +17,7 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.tracked import TrackedParameter, rig_at
 
 _ROWS = [PLANT_CHANNELS.index(name) for name in COMPARED]
+_WEIGHT = PLANT_CHANNELS.index("weight_on_bit")
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,10 @@ class Follower:
         parameters: What is tracked, p of them.
         elements, interval, observer_gain: See `PlantBank`.
         start: State in which the rig begins.
+
+    Attributes:
+        centre: Values of the parameters (p,) that the plant in the middle has.
+        weight_on_bit: Of that plant at the last sample, N.
     """
 
     def __init__(
@@ -56,11 +61,14 @@ class Follower:
     ) -> None:  # fmt: skip
         self._rig, self._parameters = rig, tuple(parameters)
         self.centre = np.array([parameter.nominal for parameter in parameters])
+        self.weight_on_bit = 0.0
         self.bank = PlantBank(self._rigs(), elements, interval, start, observer_gain)
 
     def advance(self, commands: Commands, torque: Array | None = None) -> Followed:
         """Follow the drives; torque: measured at surface, N m, (n,), or None for a forecast."""
-        lanes = self.bank.advance(commands, torque)[:, _ROWS, :]
+        out = self.bank.advance(commands, torque)
+        self.weight_on_bit = float(out[-1, _WEIGHT, 0])
+        lanes = out[:, _ROWS, :]
         sensitivity = np.zeros((*lanes.shape[:2], len(self._parameters)))
         lane = 0
         for index, parameter in enumerate(self._parameters):

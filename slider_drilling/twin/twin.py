@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,20 +11,33 @@ from numpy.typing import ArrayLike
 from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring import InitialState
 from slider_drilling.errors import InputError
+from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
+from slider_drilling.twin.activity import Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
-from slider_drilling.twin.channels import CHANNELS, COMPARED, declared_noise
+from slider_drilling.twin.channels import CHANNELS, COMPARED, SURFACE, declared_noise
+from slider_drilling.twin.comparison import Comparison
+from slider_drilling.twin.detections import DetectionLog
+from slider_drilling.twin.detector import ChangeDetector
+from slider_drilling.twin.diagnoser import Diagnoser
+from slider_drilling.twin.features import Feature, features
 from slider_drilling.twin.follower import Followed, Follower
-from slider_drilling.twin.gap import WINDOWS_S, RunningGap
+from slider_drilling.twin.forecast import make_forecast
 from slider_drilling.twin.history import History
+from slider_drilling.twin.learner import Learner
+from slider_drilling.twin.learning import RecordedBlock
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
-from slider_drilling.twin.report import ChannelState, Detection, TwinReport
+from slider_drilling.twin.recorded_log import recorded_log
+from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.settings import TwinSettings
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
 
 _REPORT_S = 1.0
 _HISTORY_S = 400.0
+_FIRST_S = 3.0  # of data, from which the initial state is inferred
+_FEATURES_EVERY = 5  # seconds between two windows whose features are taken
+_MOTION_S = 200.0  # of the drives' past, that a forecast repeats
 
 
 class Twin:
@@ -34,21 +47,54 @@ class Twin:
         rig: The rig file.
         settings: How it follows the rig.
         ask: Asked in a process of its own after a detection; None for no diagnosis.
+
+    Attributes:
+        report: The latest; None before the first second.
     """
 
     def __init__(self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None) -> None:
         self.rig, self.settings = rig, settings
-        self._ask = ask
         self._buffers = new_buffers(settings.kept)
         self._motion = DriveMotion(rig, self._buffers, settings.patience)
         self._parameters = tracked_parameters(rig)
-        self._follower: Follower | None = None
+        self._noise = {name: declared_noise(rig, name) for name in COMPARED}
+        self._comparison = Comparison(self._buffers, self._noise, settings.patience)
+        self._activity = ActivityMonitor(rig)
         self._history = History(_HISTORY_S)
-        self._gaps = {name: RunningGap(declared_noise(rig, name)) for name in COMPARED}
+        self._log = DetectionLog()
+        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log)
+        self._learner: Learner | None = None
+        self._detector: ChangeDetector | None = None
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
+        self._seconds = 0
+        self._forecast: Forecast | None = None
         self.report: TwinReport | None = None
-        self.detections: tuple[Detection, ...] = ()
+
+    @property
+    def detections(self) -> tuple[Detection, ...]:
+        """All so far, newest last."""
+        return tuple(self._log.detections)
+
+    @property
+    def answer(self) -> dict[str, Any] | None:
+        """The latest diagnosis, as diagnosis.json has it; None before the first."""
+        return self._diagnoser.answer
+
+    @property
+    def answered(self) -> float | None:
+        """s of the rig's time, when it came."""
+        return self._diagnoser.answered
+
+    @property
+    def asking(self) -> bool:
+        """Whether a diagnosis is under way."""
+        return self._diagnoser.asking
+
+    @property
+    def failure(self) -> str:
+        """Why the last diagnosis gave no answer, in one line; empty if it gave one."""
+        return self._diagnoser.error or ""
 
     def add(self, channel: str, times: ArrayLike, values: ArrayLike) -> None:
         """Take samples of one channel: any number, in any order.
@@ -84,18 +130,27 @@ class Twin:
 
     def calibrated_rig(self) -> Rig:
         """The rig file with the numbers as they are now."""
-        values = (
-            {p.name: p.nominal for p in self._parameters}
-            if self._follower is None
-            else self._follower.values(self._follower.centre)
-        )
-        return rig_at(self.rig, values)
+        values = [p.nominal for p in self._parameters] if self._learner is None else self._learner.values
+        return rig_at(self.rig, {p.name: float(v) for p, v in zip(self._parameters, values, strict=True)})
+
+    def recalibrate(self) -> None:
+        """Forget what was learnt of the rig, and learn it again from now on."""
+        self._learner = self._detector = None
+        self._history.clear()
+
+    def ask_diagnosis(self) -> bool:
+        """Ask for a diagnosis now, about the last detection or everything recorded; False if that is not possible."""
+        return self._diagnoser.ask_now(self._motion.newest)
+
+    def close(self) -> None:
+        """End the diagnosis in the background, if there is one."""
+        self._diagnoser.close()
 
     def _advance(self, until: float) -> list[TwinReport]:
         reports: list[TwinReport] = []
         if math.isnan(self._next):
             start = self._motion.started
-            if not math.isfinite(start):
+            if until - start < _FIRST_S:
                 return reports
             self._next = start
         interval = self.settings.interval
@@ -110,43 +165,91 @@ class Twin:
             if not len(self._buffers[position]):
                 add_speed_integral(self._buffers, position, speed)
         commands = self._motion.commands(grid)
-        if self._follower is None:
-            s = self.settings
-            self._follower = Follower(
-                self.rig, self._parameters, s.elements, s.interval, s.observer_gain, InitialState()
-            )
-        followed = self._follower.advance(commands, self._measured("surface_torque", grid))
+        learner = self._learner = self._learner or self._new_learner(float(grid[0]))
+        measured = {name: self._comparison.measured(name, grid) for name in SURFACE}
+        followed = learner.advance(commands, measured["surface_torque"])
         self._history.add(followed, commands)
-        self.report = self._report(grid, followed)
+        activity = self._activity.update(commands, learner.follower.weight_on_bit)
+        if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
+            self._history.clear()
+            self._detector = ChangeDetector(learner.covariance)
+        now = float(grid[-1])
+        judged = learner.learnt and activity.settled
+        fresh = self._comparison.update(self._history, learner.values, now, judged)
+        self._look_for_changes(activity, now, fresh)
+        self._diagnoser.update(now)
+        self._look_ahead(activity, now)
+        self.report = self._report(grid, followed, activity)
+        self._seconds += 1
         return self.report
 
-    def _measured(self, channel: str, grid: Array) -> Array:
-        """A channel on the grid, NaN where it was not measured."""
-        buffer = self._buffers[channel]
-        time, value = buffer.time, buffer.value
-        if not time.size:
-            return np.full(grid.shape, np.nan)
-        near = np.abs(time[np.clip(np.searchsorted(time, grid), 0, time.size - 1)] - grid)
-        before = np.abs(time[np.clip(np.searchsorted(time, grid) - 1, 0, time.size - 1)] - grid)
-        measured = np.interp(grid, time, value)
-        return np.where(np.minimum(near, before) <= 2.0 * self.settings.interval, measured, np.nan)
+    def _new_learner(self, begin: float) -> Learner:
+        first = recorded_log(self._buffers, self.rig, begin, begin + _FIRST_S)
+        interval = self.settings.interval
+        grid: Array = begin + interval * np.arange(round(_FIRST_S / interval), dtype=float)
+        start = infer_initial_state(first, self.rig, self._motion.commands(grid))
+        return Learner(self._parameters, self._noise, self.settings.learning, lambda v: self._plants(start, v))
 
-    def _report(self, grid: Array, followed: Followed) -> TwinReport:
-        names: Sequence[str] = list(COMPARED)
-        centre = followed.at(followed.centre)
-        expected = {name: centre[:, row] for row, name in enumerate(names)}
-        states = {}
-        for name in names:
-            if len(self._buffers[name]):
-                states[name] = self._channel_state(name, grid, expected[name])
-        return TwinReport(float(grid[-1]), "learning", "", grid, expected, states, detections=self.detections)
+    def _plants(self, start: InitialState, values: Array) -> Follower:
+        s = self.settings
+        follower = Follower(self.rig, self._parameters, s.elements, s.interval, s.observer_gain, start)
+        follower.move_centre(values)
+        return follower
 
-    def _channel_state(self, name: str, grid: Array, expected: Array) -> ChannelState:
-        gap, end = self._gaps[name], float(grid[-1])
-        if name != "tool_face":
-            gap.add(end, self._measured(name, grid) - expected)
-        e10, e60, e300 = (gap.over(window, end) for window in WINDOWS_S)
-        measured = float(self._buffers[name].value[-1])
-        return ChannelState(
-            name, COMPARED[name].unit, measured, float(expected[-1]), e10, e60, e300, math.nan, gap.noise
+    def _look_for_changes(self, activity: Activity, now: float, fresh: list[tuple[float, float]]) -> None:
+        """Take the features of this second, test a part of them, and turn alarms into detections."""
+        learner, detector = self._learner, self._detector
+        if learner is None or detector is None:
+            return
+        for time, difference in fresh:
+            value = difference / self._noise["tool_face"]
+            feature = Feature("tool_face", "mean", value, np.zeros(len(self._parameters)))
+            detector.add(time, activity, [feature], window=1.0)
+        if self._seconds % _FEATURES_EVERY == 0:
+            detector.add(now, activity, self._features(activity.period, now, learner.fixed))
+        for channel, kind in detector.watched()[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
+            alarm = detector.test(channel, kind)
+            if alarm is not None and self._log.take(alarm):
+                self._diagnoser.detected(self._log.detections[-1])
+        since = self._log.settled_change(now)
+        if since is not None:
+            detector.forget(since)
+
+    def _features(self, period: float, now: float, values: Array) -> list[Feature]:
+        end = now - self.settings.patience
+        found = self._history.window(end - period, end)
+        if found is None or found.time.size < 0.9 * period / self.settings.interval:
+            return []
+        expected = found.at(values)
+        innovation = np.full_like(expected, np.nan)
+        for row, name in enumerate(COMPARED):
+            if name in SURFACE:
+                innovation[:, row] = self._comparison.measured(name, found.time) - expected[:, row]
+        return features(innovation, expected, found.sensitivity, self._noise)
+
+    def _look_ahead(self, activity: Activity, now: float) -> None:
+        settings, learner = self.settings, self._learner
+        due = settings.forecast > 0.0 and self._seconds % round(settings.forecast_every) == 0
+        past = self._history.motion(now - _MOTION_S, now) if due else None
+        if past is None or learner is None or past.time.size < 2:
+            return
+        period = activity.period if activity.mode == "rocking" else None
+        self._forecast = make_forecast(
+            learner.follower, learner.values, past, period, settings.forecast, self._comparison.tool_face_offset
+        )
+
+    def _report(self, grid: Array, followed: Followed, activity: Activity) -> TwinReport:
+        assert self._learner is not None
+        now, learner = float(grid[-1]), self._learner
+        calibrated = followed.at(learner.values)
+        expected = {name: calibrated[:, row] for row, name in enumerate(COMPARED)}
+        expected["tool_face"] = expected["tool_face"] + self._comparison.tool_face_offset
+        states = {
+            name: self._comparison.state(name, float(expected[name][-1]), now)
+            for name in COMPARED if len(self._buffers[name])
+        }  # fmt: skip
+        state = "watching" if learner.learnt and activity.settled else "operation" if learner.learnt else "learning"
+        note = activity.why or ("" if learner.learnt else f"{100.0 * learner.share:.0f} % learnt")
+        return TwinReport(
+            now, state, note, grid, expected, states, learner.trend_table(), self._forecast, self.detections
         )

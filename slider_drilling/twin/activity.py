@@ -1,0 +1,131 @@
+"""What the rig does: rocking, parked or turning, on bottom, pump on; and whether that changed a moment ago."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.rig import Rig
+
+_MEMORY_S = 120.0
+_STILL = 0.02  # rad/s, of a drive that is parked
+_PARKED_S = 20.0  # without motion, after which a drive is parked
+_TURNING_S = 45.0  # in one direction, after which a drive turns
+_SETTLING_S = 60.0  # after a change of what the rig does
+_FLOW_CHANGE = 0.02  # of the flow
+_PUMP_ON = 0.3  # of the reference flow
+_LIFTED_M = 0.05  # by which a block that goes up picks up
+_PERIODS_S = (6.0, 80.0)  # of rocking
+_DEFAULT_WINDOW_S = 20.0
+
+
+@dataclass(frozen=True)
+class Activity:
+    """What the rig does now.
+
+    Attributes:
+        mode: ``rocking``, ``parked``, ``turning``, ``off bottom`` or ``pump off``.
+        settled: Whether that has lasted long enough to judge what the channels show.
+        why: In words, where it has not.
+        period: s, of the rocking; of other work a stretch to average over.
+        changes: How often the work has changed.
+    """
+
+    mode: str
+    settled: bool
+    why: str
+    period: float
+    changes: int
+
+
+class ActivityMonitor:
+    """Follows what the rig does from the motion of its drives and from the plant beside it.
+
+    Args:
+        rig: The rig file.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._reversals: deque[float] = deque()
+        self._direction = 0.0
+        self._moved_at = self._turned_since = -np.inf
+        self._flow: float | None = None
+        self._highest = -np.inf  # m, lowest point of the block so far, from which it is lifted
+        self._unsettled = "the twin has just begun"
+        self._unsettled_until: float | None = None
+        self._mode = ""
+        self._changes = 0
+
+    def update(self, commands: Commands, weight_on_bit: float) -> Activity:
+        """Take the drives' motion of the last second and the plant's weight on bit then, N."""
+        now = float(commands.time[-1])
+        if self._unsettled_until is None:
+            self._unsettled_until = now + _SETTLING_S
+            self._moved_at = self._turned_since = float(commands.time[0])
+        self._follow_drive(commands)
+        self._follow_pump(commands, now)
+        self._follow_block(commands, now)
+        mode = self._present_mode(commands, weight_on_bit, now)
+        if mode != self._mode:
+            self._disturbed(now, f"the rig is {mode}" if "off" not in mode else mode)
+            self._mode = mode
+        idle = mode in ("off bottom", "pump off")
+        settled = not idle and now >= self._unsettled_until
+        why = "" if settled else mode if idle else self._unsettled
+        return Activity(mode, settled, why, self._period(), self._changes)
+
+    def _disturbed(self, now: float, why: str) -> None:
+        assert self._unsettled_until is not None
+        if now >= self._unsettled_until:
+            self._changes += 1
+        self._unsettled, self._unsettled_until = why, now + _SETTLING_S
+
+    def _follow_drive(self, commands: Commands) -> None:
+        for time, speed in zip(commands.time, commands.top_drive_speed, strict=True):
+            if abs(speed) <= _STILL:
+                continue
+            self._moved_at = float(time)
+            if speed * self._direction < 0.0:
+                self._reversals.append(float(time))
+            if speed * self._direction <= 0.0:
+                self._turned_since = float(time)
+                self._direction = float(np.sign(speed))
+        while self._reversals and self._reversals[0] < commands.time[-1] - _MEMORY_S:
+            self._reversals.popleft()
+
+    def _follow_pump(self, commands: Commands, now: float) -> None:
+        share = float(np.mean(commands.pump_speed)) * self._rig.mud_pump.displacement
+        share /= self._rig.hydraulics.reference_flow
+        if self._flow is not None and abs(share - self._flow) > _FLOW_CHANGE * max(self._flow, 0.1):
+            self._disturbed(now, "the flow has changed")
+            self._flow = share
+        self._flow = share if self._flow is None else self._flow
+
+    def _follow_block(self, commands: Commands, now: float) -> None:
+        block = float(commands.block_position[-1])
+        if block < self._highest - _LIFTED_M:
+            self._disturbed(now, "the string was picked up")
+            self._highest = block
+        self._highest = max(self._highest, block)
+
+    def _present_mode(self, commands: Commands, weight_on_bit: float, now: float) -> str:
+        if self._flow is not None and self._flow < _PUMP_ON:
+            return "pump off"
+        if weight_on_bit <= 0.0:
+            return "off bottom"
+        if now - self._moved_at > _PARKED_S:
+            return "parked"
+        if now - self._turned_since > _TURNING_S:
+            return "turning"
+        return "rocking"
+
+    def _period(self) -> float:
+        if self._mode != "rocking" or len(self._reversals) < 3:
+            return _DEFAULT_WINDOW_S
+        strokes = np.diff(np.array(self._reversals))
+        period = 2.0 * float(np.median(strokes[strokes > 1.0])) if (strokes > 1.0).any() else _DEFAULT_WINDOW_S
+        return float(np.clip(period, *_PERIODS_S))

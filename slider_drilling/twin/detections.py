@@ -1,0 +1,106 @@
+"""From alarms to detections: one for each change of the rig, kept up to date while data come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from slider_drilling.twin.channels import COMPARED
+from slider_drilling.twin.detector import Alarm
+from slider_drilling.twin.report import Detection
+
+_SAME_S = 120.0  # after a detection, in which other channels show the same change
+_GROWING_S = 900.0  # for which a ramp may go on
+_REFINED_S = 240.0  # for which time and kind of a detection follow the data
+_SITES = {
+    ("surface_torque", "mean"): "sensor", ("surface_torque", "gain"): "contact", ("surface_torque", "lag"): "top_drive",
+    ("surface_torque", "spread"): "contact", ("hook_load", "spread"): "draw_works", ("hook_load", "mean"): "draw_works",
+    ("standpipe_pressure", "mean"): "hydraulics", ("standpipe_pressure", "gain"): "motor",
+    ("tool_face", "mean"): "string",
+}  # fmt: skip
+_VERBS = {
+    "mean": ("rose", "fell"), "gain": ("moves more", "moves less"), "lag": ("is earlier", "is later"),
+    "spread": ("scatters more", "scatters less"),
+}  # fmt: skip
+
+
+@dataclass
+class _Open:
+    """A detection that still follows the data.
+
+    Attributes:
+        alarm: The strongest so far.
+        seen: (channel, kind) of all features that show it.
+    """
+
+    detection: Detection
+    alarm: Alarm
+    seen: set[tuple[str, str]]
+
+
+class DetectionLog:
+    """All detections of a run."""
+
+    def __init__(self) -> None:
+        self.detections: list[Detection] = []
+        self._open: _Open | None = None
+
+    def take(self, alarm: Alarm) -> bool:
+        """Take an alarm; whether it is a new detection."""
+        last = self._open
+        if last is not None and self._belongs(last, alarm):
+            last.seen.add((alarm.channel, alarm.kind))
+            if (
+                alarm.time - last.detection.detected <= _REFINED_S
+                and alarm.change.evidence > last.alarm.change.evidence
+            ):
+                last.alarm = alarm
+                self._replace(last, _described(alarm, last.detection))
+            return False
+        number = len(self.detections) + 1
+        change = alarm.change
+        detection = Detection(
+            number, alarm.time, change.since, change.interval, alarm.channel, "", change.kind, change.size, ""
+        )
+        self.detections.append(detection)
+        self._open = _Open(detection, alarm, {(alarm.channel, alarm.kind)})
+        self._replace(self._open, _described(alarm, detection))
+        return True
+
+    def settled_change(self, now: float) -> float | None:
+        """The time (s) of a change whose refinement is over: until then the past can be forgotten. None without one."""
+        last = self._open
+        if last is None or now - last.detection.detected <= _REFINED_S:
+            return None
+        return last.detection.since
+
+    def change(self, detection: Detection) -> None:
+        """Replace the detection of the same number."""
+        self.detections[detection.number - 1] = detection
+        if self._open is not None and self._open.detection.number == detection.number:
+            self._open.detection = detection
+
+    def _belongs(self, last: _Open, alarm: Alarm) -> bool:
+        age = alarm.time - last.detection.detected
+        if age <= _SAME_S:
+            return True
+        same = (alarm.channel, alarm.kind) in last.seen
+        return same and age <= _GROWING_S and alarm.change.since <= last.detection.detected + _SAME_S
+
+    def _replace(self, last: _Open, detection: Detection) -> None:
+        last.detection = detection
+        self.detections[detection.number - 1] = detection
+
+
+def _described(alarm: Alarm, before: Detection) -> Detection:
+    change = alarm.change
+    verb = _VERBS[alarm.kind][0 if change.size > 0.0 else 1]
+    title = COMPARED[alarm.channel].title
+    how = "at once" if change.kind == "step" else "steadily"
+    what = f"{title} {verb} than the twin expects, {how} since {change.since:.0f} s"
+    if alarm.kind == "mean":
+        what = f"{title} {verb} against the twin, {how} since {change.since:.0f} s"
+    site = _SITES.get((alarm.channel, alarm.kind), COMPARED[alarm.channel].sensor_site)
+    return replace(
+        before, since=change.since, interval=change.interval, channel=alarm.channel, kind=change.kind,
+        size=abs(change.size), what=what, site=site if before.verdict is None else before.site,
+    )  # fmt: skip

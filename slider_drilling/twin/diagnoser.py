@@ -1,0 +1,114 @@
+"""When the twin asks for a diagnosis, and what it does with the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from slider_drilling.rig import Rig
+from slider_drilling.twin.ask import Ask
+from slider_drilling.twin.background import BackgroundDiagnosis, Question
+from slider_drilling.twin.detections import DetectionLog
+from slider_drilling.twin.recorded_log import recorded_log
+from slider_drilling.twin.report import Detection
+from slider_drilling.twin.samples import SampleBuffer
+
+_ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
+_BEFORE_S = 900.0  # of samples from before a change
+_MARGIN_S = 5.0  # around a change, which belong to neither
+_MIN_AFTER_S = 40.0
+
+
+class Diagnoser:
+    """Asks in the background.
+
+    Args:
+        ask: The question; None for no diagnosis.
+        rig: The rig file.
+        buffers: Samples by channel.
+        log: The detections.
+
+    Attributes:
+        answer: The latest, as JSON; None before the first.
+        answered: s, when it came; None before.
+        error: Why the last question has no answer; None if it has one.
+    """
+
+    def __init__(self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog) -> None:
+        self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
+        self._background: BackgroundDiagnosis | None = None
+        self._asked_for: int | None = None
+        self._due: list[tuple[float, int]] = []
+        self.answer: dict[str, Any] | None = None
+        self.answered: float | None = None
+        self.error: str | None = None
+
+    @property
+    def asking(self) -> bool:
+        """Whether a question is open."""
+        return self._background is not None and self._background.running
+
+    def detected(self, detection: Detection) -> None:
+        """Plan the questions about a new detection."""
+        self._due += [(detection.detected + after, detection.number) for after in _ASKED_AFTER_S]
+
+    def update(self, now: float) -> None:
+        """Take an answer that has come, and ask what is due; never waits."""
+        background = self._background
+        if background is not None and background.running:
+            self._take(background, now)
+        if background is None or not background.running:
+            due = [entry for entry in self._due if entry[0] <= now]
+            if due:
+                # Only the latest question of the latest detection still matters.
+                self._due = [entry for entry in self._due if entry[0] > now]
+                self._start(self._log.detections[max(number for _, number in due) - 1], now)
+
+    def ask_now(self, now: float) -> bool:
+        """Ask about the last detection, or without one about everything recorded; False while a question is open."""
+        if self._ask is None or (self._background is not None and self._background.running):
+            return False
+        last = self._log.detections[-1] if self._log.detections else None
+        self._start(last, now)
+        return True
+
+    def close(self) -> None:
+        """End what is still being asked."""
+        if self._background is not None:
+            self._background.close()
+
+    def _start(self, detection: Detection | None, now: float) -> None:
+        if self._ask is None:
+            return
+        self._background = self._background or BackgroundDiagnosis()
+        since = now - _BEFORE_S if detection is None else detection.since
+        if now - since < _MIN_AFTER_S:
+            since = now - _MIN_AFTER_S
+        before = recorded_log(self._buffers, self._rig, since - _BEFORE_S, since - _MARGIN_S)
+        begin = since - _MARGIN_S
+        after = recorded_log(self._buffers, self._rig, begin, now)
+        self._asked_for = None if detection is None else detection.number
+        self._background.start(Question(self._ask, before, after, self._rig, since - begin))
+
+    def _take(self, background: BackgroundDiagnosis, now: float) -> None:
+        answer = background.poll()
+        if background.running:
+            return
+        self.error = background.error
+        if answer is None:
+            return
+        self.answer, self.answered = answer, now
+        if self._asked_for is None:
+            return
+        detection = self._log.detections[self._asked_for - 1]
+        self._log.change(replace(
+            detection, effects=tuple(answer.get("effects", ())), suspected=suspected_names(answer),
+            verdict=answer.get("verdict"), answered=now, site=answer.get("site") or detection.site,
+        ))  # fmt: skip
+
+
+def suspected_names(answer: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the suspected effects of an answer: a list of names, or of objects with a name."""
+    return tuple(str(each.get("effect", each)) if isinstance(each, Mapping) else str(each)
+                 for each in answer.get("suspected", ()))  # fmt: skip

@@ -1,0 +1,82 @@
+"""What the twin expects of the next minute: a free run of its plants, the drives going on as they did."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.twin.channels import COMPARED
+from slider_drilling.twin.follower import Follower
+from slider_drilling.twin.report import Forecast
+from slider_drilling.twin.samples import Array
+
+_ROWS = {name: row for row, name in enumerate(COMPARED)}
+_STEADY_S = 60.0  # over which the block's speed is averaged
+_TOLERANCE = 0.15  # of the period, within which the repetition that fits best is sought
+
+
+def make_forecast(
+    follower: Follower, values: Array, past: Commands, period: float | None, ahead: float, tool_face_offset: float
+) -> Forecast:
+    """Simulate on from now, then bring the plants back to where they are.
+
+    Args:
+        follower: The plants, up to date.
+        values: (p,) calibrated values.
+        past: The drives of the last minutes, evenly sampled, up to now.
+        period: s, of the rocking; None where the drive does not rock.
+        ahead: s to look ahead.
+        tool_face_offset: rad, by which the rig's toolface has been ahead of the plant's.
+    """
+    interval = follower.bank.interval
+    state = follower.bank.save()
+    followed = follower.advance(continued(past, period, ahead, interval))
+    follower.bank.restore(state)
+    channels = followed.at(values)
+    return Forecast(
+        float(past.time[-1]), followed.time, channels[:, _ROWS["tool_face"]] + tool_face_offset,
+        channels[:, _ROWS["surface_torque"]],
+    )  # fmt: skip
+
+
+def continued(past: Commands, period: float | None, ahead: float, interval: float) -> Commands:
+    """The drives after the past: the last rocking period repeated, or steady speeds; the block at its mean speed."""
+    steps = np.arange(1, round(ahead / interval) + 1)
+    time = past.time[-1] + interval * steps
+    angle, speed = _drive(past, period, steps, interval)
+    recent = past.time >= past.time[-1] - _STEADY_S
+    moved = past.block_position[recent]
+    span = max(float(past.time[-1] - past.time[recent][0]), interval)
+    rate = float(moved[-1] - moved[0]) / span
+    block = past.block_position[-1] + rate * interval * steps
+    pump = np.full(steps.size, past.pump_speed[-1])
+    return Commands(time, angle, speed, block, np.full(steps.size, rate), pump)
+
+
+def _drive(past: Commands, period: float | None, steps: NDArray[np.int_], interval: float) -> tuple[Array, Array]:
+    """Angle rad and speed rad/s of the top drive at so many steps from now."""
+    angle, speed = past.top_drive_angle, past.top_drive_speed
+    lag = None if period is None else best_lag(angle, period, interval)
+    if lag is None:
+        return angle[-1] + speed[-1] * interval * steps, np.full(steps.size, speed[-1])
+    repeats, within = np.divmod(steps - 1, lag)
+    drift = angle[-1] - angle[-1 - lag]
+    rows = angle.size - lag + within
+    return angle[rows] + (repeats + 1) * drift, speed[rows]
+
+
+def best_lag(angle: Array, period: float, interval: float) -> int | None:
+    """Samples after which an angle (n,) repeats itself best, near a period s; None if the past is too short."""
+    low, high = (math.floor(share * period / interval) for share in (1.0 - _TOLERANCE, 1.0 + _TOLERANCE))
+    if low < 2 or angle.size < 2 * high + 1:
+        return None
+    last = angle[-high:]
+
+    def mismatch(lag: int) -> float:
+        difference = last - angle[-high - lag : -lag]
+        return float(np.var(difference))
+
+    return min(range(low, high + 1), key=mismatch)
