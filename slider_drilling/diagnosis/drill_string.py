@@ -18,6 +18,7 @@ from slider_drilling.diagnosis.free_forms import (
 )
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.nuisance import reading_parameters
+from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
@@ -87,6 +88,14 @@ class DrillString:
         runs = list(self.runs)
         runs[run] = replace(runs[run], channels=channels)
         return replace(self, runs=tuple(runs))
+
+    def with_channels(self, names: Sequence[str]) -> DrillString:
+        """The same model with these channels only, as far as a run has them."""
+        runs = tuple(
+            replace(run, channels=tuple(channel for channel in run.channels if channel.name in names))
+            for run in self.runs
+        )
+        return replace(self, runs=runs)
 
     @property
     def user_parameters(self) -> Mapping[str, Parameter]:
@@ -238,6 +247,7 @@ def read_hook_load(load: Array, moving: Array, values: Values) -> Array:
         moving: (n,) direction of the block, see `direction_of_block`.
         values: Calibrated values of `reading_parameters`.
     """
+    values = with_rig_changes(values)
     gain, offset = values.get("hook_load_gain", 1.0), values.get("hook_load_offset", 0.0)
     return np.asarray(gain * load + offset - values.get("sheave_friction", 0.0) * moving)
 
@@ -258,6 +268,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
 
     If the file has one friction for the whole hole, ``friction_2`` is that of its lower half.
     """
+    values = with_rig_changes(values)
     intervals = rig.well.friction_intervals or (FrictionInterval(rig.string.length, 1.0),)
     if len(intervals) == 1 and "friction_2" in values:
         intervals = (FrictionInterval(0.5 * rig.string.length, intervals[0].factor), *intervals)

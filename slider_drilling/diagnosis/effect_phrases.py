@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.effects import EFFECTS
 from slider_drilling.units import Sentence, format_number, sentence
 
@@ -23,9 +24,11 @@ def effect_phrase(effect: str, values: Mapping[str, float]) -> Sentence:
     """What an effect of this size means: one clause that begins with a capital.
 
     Args:
-        effect: Name in the catalogue, or of a user's effect.
+        effect: Name in the catalogue, of a change of the rig, or of a user's effect.
         values: Fitted parameters by their short names. The amplitude must be there; others are mentioned if given.
     """
+    if effect in RIG_CHANGES:
+        return sentence(RIG_CHANGES[effect].phrase(next(iter(values.values()))))
     if effect not in EFFECTS:
         settings = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
         return sentence(f"{effect.replace('_', ' ').capitalize()} ({settings})")

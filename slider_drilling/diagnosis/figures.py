@@ -24,14 +24,20 @@ _LOG_AXIS_ABOVE = 8.0  # E
 _DOTS_BELOW = 200  # samples
 
 
-def waterfall(gap: Gap, named: bool = False) -> Chart:
+_TITLE = "From the rig file as given to the final model"
+_CAPTION_OF_CHANGE = "Dotted: E up to which a log counts as like the baseline."
+
+
+def waterfall(gap: Gap, named: bool = False, names: Mapping[str, str] = STAGE_NAMES) -> Chart:
     """E by stage, against the null threshold.
 
     Args:
         gap: How large the gap is.
         named: Whether the verdict names an effect.
+        names: What the stages are called.
     """
-    stages = [(stage, name, getattr(gap, stage)) for stage, name in STAGE_NAMES.items()]
+    changed = names is not STAGE_NAMES
+    stages = [(stage, name, getattr(gap, stage)) for stage, name in names.items()]
     known = [(stage, name, value) for stage, name, value in stages if value is not None]
     values = np.array([value for *_, value in known])
     bars = Bars("", tuple(f"{name}: {value:.2f}" for _, name, value in known), values,
@@ -40,8 +46,10 @@ def waterfall(gap: Gap, named: bool = False) -> Chart:
     log = bool(np.any(values > _LOG_AXIS_ABOVE))
     lowest = 0.5 * float(min([*values, gap.threshold or 1.0])) if log else 0.0
     level = () if gap.threshold is None else ((gap.threshold, ""),)
-    return Chart("From the rig file as given to the final model", "E, multiples of the noise",
-                 (Panel("", (bars,), height=0.25 + 0.15 * len(known)),), _waterfall_caption(gap, named), level,
+    title = "From the baseline's model to that with the change" if changed else _TITLE
+    unit = "E, multiples of what the baseline left" if changed else "E, multiples of the noise"
+    caption = _CAPTION_OF_CHANGE if changed else _waterfall_caption(gap, named)
+    return Chart(title, unit, (Panel("", (bars,), height=0.25 + 0.15 * len(known)),), caption, level,
                  (lowest, 1.1 * highest), log, wide=True)  # fmt: skip
 
 

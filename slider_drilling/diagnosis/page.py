@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
-from slider_drilling.diagnosis.result import STAGE_NAMES, Diagnosis, FittedParameter, Gap, RankedEffect
+from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
     plain_name,
     prediction_horizon,
@@ -22,6 +22,14 @@ from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
 from slider_drilling.units import Text, displayed, sentence
 
+_ABOUT_E = (
+    "E is the RMS of measured minus simulated, relative to the noise: 1 is a perfect model. Every stretch of the log "
+    "is scored with parameters that were fitted without it."
+)
+_ABOUT_E_OF_CHANGE = (
+    "E is the RMS of measured minus simulated, relative to what the calibrated model left over the baseline: 1 is a "
+    "log like the baseline."
+)
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
 
@@ -77,24 +85,23 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
     gap = diagnosis.gap
     if gap is None:
         return []
-    about = (
-        "E is the RMS of measured minus simulated, relative to the noise: 1 is a perfect model. Every stretch of the "
-        "log is scored with parameters that were fitted without it."
-    )
-    stages = waterfall(gap, bool(diagnosis.effects))
-    items: list[Text | Chart | Table] = [about, stages, _channels(gap), *_whole_runs(diagnosis)]
-    return [Section("How large the gap is", (*items, *prediction_horizon(diagnosis)))]
+    about = _ABOUT_E if diagnosis.change is None else _ABOUT_E_OF_CHANGE
+    stages = waterfall(gap, bool(diagnosis.effects), diagnosis.stage_names)
+    items: list[Text | Chart | Table] = [about, stages, _channels(diagnosis, gap), *_whole_runs(diagnosis)]
+    title = "How large the gap is" if diagnosis.change is None else "How large the difference is"
+    return [Section(title, (*items, *prediction_horizon(diagnosis)))]
 
 
-def _channels(gap: Gap) -> Table:
-    header = ("channel", "noise in the log", "declared noise", *STAGE_NAMES.values())
+def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:
+    unit = "noise in the log" if diagnosis.change is None else "left over the baseline"
+    header = ("channel", unit, "declared noise", *diagnosis.stage_names.values())
     rows: list[tuple[Cell, ...]] = []
     for name, errors in gap.rms.items():
         floor = gap.noise_floor.get(name)
         noise: tuple[Cell, Cell] = (None, None)
         if floor is not None:
             noise = (displayed(floor.value, floor.unit), displayed(floor.declared, floor.unit))
-        stages = [displayed(getattr(errors, stage), errors.unit) for stage in STAGE_NAMES]
+        stages = [displayed(getattr(errors, stage), errors.unit) for stage in STAGES]
         rows.append((plain_name(name), *noise, *stages))
     return Table(header, tuple(rows), "RMS of measured minus simulated, by channel")
 
@@ -123,7 +130,7 @@ def whole_run_rows(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[tuple[C
     for title, rms in parts:
         for name, unit in units.items():
             rows.append((title, plain_name(name), *(displayed(rms[stage].get(name), unit) for stage in stages)))
-    return ("part", "channel", *(STAGE_NAMES[stage] for stage in stages)), tuple(rows)
+    return ("part", "channel", *(diagnosis.stage_names[stage] for stage in stages)), tuple(rows)
 
 
 def _where(diagnosis: Diagnosis) -> list[Section]:
@@ -185,7 +192,7 @@ def _traces(diagnosis: Diagnosis) -> list[Section]:
         "One free simulation of the whole log with each stage's parameters; below each channel, measured minus "
         "simulated."
     )
-    return [Section("Measured and simulated", (about, *traces(diagnosis.traces, STAGE_NAMES)))]
+    return [Section("Measured and simulated", (about, *traces(diagnosis.traces, diagnosis.stage_names)))]
 
 
 def _parameters(diagnosis: Diagnosis) -> list[Section]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.rig_source import RigSource
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.results.breakdown import GapBreakdown
@@ -22,6 +23,7 @@ Interval = tuple[float, float]
 
 STAGES = ("nominal", "tuned", "with_effect")
 STAGE_NAMES = {"nominal": "as given", "tuned": "calibrated", "with_effect": "with the effects"}
+CHANGE_STAGE_NAMES = {"nominal": "as before", "tuned": "calibrated again", "with_effect": "with the change"}
 
 
 @dataclass(frozen=True)
@@ -214,6 +216,8 @@ class Diagnosis:
         remarks: What a reader must know besides.
         missing_channels: Channels that would help, one sentence each.
         runtime: s.
+        change: What is different from a baseline; None for logs without one. With it, "as given" is the baseline's
+            calibrated model, and E counts what that left over the baseline.
     """
 
     logs: tuple[str, ...]
@@ -239,6 +243,12 @@ class Diagnosis:
     remarks: tuple[Text, ...] = ()
     missing_channels: tuple[str, ...] = ()
     runtime: float = 0.0
+    change: Change | None = None
+
+    @property
+    def stage_names(self) -> Mapping[str, str]:
+        """What the stages are called."""
+        return STAGE_NAMES if self.change is None else CHANGE_STAGE_NAMES
 
     def candidate(self, effect: str) -> RankedEffect | None:
         """The ranking's entry of an effect."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from slider_drilling.diagnosis.change_sentences import change_summary, change_technical_summary
 from slider_drilling.diagnosis.describe_curve import describe_curve
 from slider_drilling.diagnosis.effect_phrases import SITES, effect_phrase
 from slider_drilling.diagnosis.result import (
@@ -34,6 +35,9 @@ def plain_name(name: str) -> str:
 def summary(diagnosis: Diagnosis) -> Sentence:
     """The answer in a driller's words, one to three sentences."""
     gap = diagnosis.gap
+    if diagnosis.change is not None:
+        ranked = [found for name in diagnosis.effects if (found := diagnosis.candidate(name)) is not None]
+        return change_summary(diagnosis, _phrase(ranked[0]) if ranked else "")
     if diagnosis.verdict == "inconclusive" or gap is None:
         return sentence("This log allows no conclusion about the simulation: ", *_why_inconclusive(diagnosis), ".")
     if diagnosis.verdict == "none":
@@ -49,6 +53,8 @@ def summary(diagnosis: Diagnosis) -> Sentence:
 def technical_summary(diagnosis: Diagnosis) -> str:
     """The answer with code names and E."""
     gap, shape = diagnosis.gap, diagnosis.residual_shape
+    if diagnosis.change is not None:
+        return change_technical_summary(diagnosis)
     if diagnosis.verdict == "inconclusive" or gap is None:
         return str(sentence("No conclusion: ", *_why_inconclusive(diagnosis), "."))
     gaps = (_or_nan(gap.nominal), _or_nan(gap.tuned), _or_nan(gap.with_effect), _or_nan(gap.threshold))

@@ -45,6 +45,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "remarks": [str(remark) for remark in diagnosis.remarks],
         "missing_channels": list(diagnosis.missing_channels),
         "runtime_s": diagnosis.runtime,
+        "change": _plain(diagnosis.change),
     }
 
 

@@ -1,0 +1,45 @@
+"""What the diagnosis of a later log says beside an earlier one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from slider_drilling.diagnosis.change_answer import ChangedParameter
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is different from a baseline.
+
+    Attributes:
+        baseline: Logs of the baseline.
+        log_start: s of the log that the user gave, at which the compared log begins; 0 for a log of its own.
+        since: s of that log, from when on it is different; None where only two whole logs were compared.
+        since_interval: 95 % interval of ``since``, None if unknown.
+        found: Whether ``since`` was found by change detection.
+        growing: Whether the named change grows from then on until the end of the log; None without a name.
+        moved: Calibrated numbers of the rig that changed, by name.
+        explained: Share of the difference that the answer explains.
+        explained_interval: Its 95 % interval.
+        baseline_gap: E of the calibrated model over the baseline, in the noise of the sensors.
+        gap_before: E of the later log under the baseline's calibrated model; one unit is what the baseline left.
+        standing: Effects that the rig had all along.
+        baseline_values: Calibrated values of the baseline, by name.
+    """
+
+    baseline: tuple[str, ...]
+    log_start: float = 0.0
+    since: float | None = None
+    since_interval: Span | None = None
+    found: bool = False
+    growing: bool | None = None
+    moved: Mapping[str, ChangedParameter] = field(default_factory=dict)
+    explained: float | None = None
+    explained_interval: Span | None = None
+    baseline_gap: float = 1.0
+    gap_before: float = 1.0
+    standing: tuple[str, ...] = ()
+    baseline_values: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,190 @@
+"""What a search for a change supports: a name, a group, changed numbers, or an unknown difference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slider_drilling.diagnosis.baseline import Baseline
+from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, root_mean_square
+from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.results.intervals import parameter_intervals, user_values
+from slider_drilling.gap.search.least_squares import Fit
+
+# Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. On slides of foreign
+# plants in which nothing changed, the best physical candidate gained less (docs/reference/accuracy.md).
+MIN_EVIDENCE, MIN_SUSPICION = 40.0, 20.0
+# Candidates are indistinguishable within this gain, or this share of the best one's.
+_SAME_GAIN, _SAME_SHARE = 12.0, 0.12
+# Names that one answer may hold together. More say only that something is different.
+_MAX_GROUP = 3
+# E, in units of what the baseline left, up to which a log is as the baseline was.
+SAME_AS_BEFORE = 1.25
+# A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
+_MOVED, _MIN_SHARE = 2.0, 0.02
+_BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
+
+
+@dataclass(frozen=True)
+class ChangedParameter:
+    """A number of the rig before and after.
+
+    Attributes:
+        before: Value in the baseline.
+        after: Value since.
+        interval: 95 % interval of ``after``.
+        unit: SI unit of all of them, "-" for none.
+    """
+
+    before: float
+    after: float
+    interval: tuple[float, float] | None
+    unit: str
+
+
+@dataclass(frozen=True)
+class ChangeAnswer:
+    """What has changed.
+
+    Attributes:
+        verdict: As of a diagnosis: ``none``, ``parameters``, ``effect``, ``effect_and_unknown`` or ``unknown``.
+        named: The candidate that is named, None without any.
+        group: Candidates that the log cannot distinguish from it.
+        suspected: Candidates with some evidence that are not named.
+        site: Where it acts.
+        moved: Calibrated numbers that changed, by name.
+        explained: Share of the difference that the answer explains, None without a difference or an answer.
+        interval: 95 % interval of ``explained`` over blocks of time.
+        gaps: E of the later log: with the baseline's model, calibrated again, and with the named change or None.
+    """
+
+    verdict: str
+    named: TriedChange | None
+    group: tuple[str, ...]
+    suspected: tuple[str, ...]
+    site: str | None
+    moved: Mapping[str, ChangedParameter]
+    explained: float | None
+    interval: tuple[float, float] | None
+    gaps: tuple[float, float, float | None] = field(default=(1.0, 1.0, None))
+
+    @property
+    def final(self) -> float:
+        """E of the best model of the answer."""
+        return self.gaps[1] if self.gaps[2] is None else self.gaps[2]
+
+
+def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> ChangeAnswer:
+    """The answer that a search supports.
+
+    Args:
+        search: The search.
+        baseline: What the earlier log gave.
+        seed: Of the bootstrap.
+    """
+    unchanged, calibrated = (root_mean_square(each.residual) for each in (search.unchanged, search.calibrated))
+    supported = [each for each in search.tried if each.gain >= MIN_EVIDENCE and is_meant(each)]
+    group = _indistinguishable(supported)
+    named = group[0] if 0 < len(group) <= _MAX_GROUP and unchanged > SAME_AS_BEFORE else None
+    final = search.calibrated if named is None else named.fit
+    moved = moved_parameters(search, final, baseline)
+    if named is not None:
+        verdict = "effect" if named.gap <= SAME_AS_BEFORE else "effect_and_unknown"
+    elif unchanged <= SAME_AS_BEFORE:
+        verdict = "none"
+    elif calibrated <= SAME_AS_BEFORE:
+        verdict = "parameters" if moved else "none"
+    else:
+        verdict = "unknown"
+    explained, interval = None, None
+    if verdict in ("parameters", "effect", "effect_and_unknown"):
+        explained, interval = share_explained(search.problem, search.unchanged.residual, final.residual, seed)
+    others = [each for each in search.tried if each.gain >= MIN_SUSPICION and each.effect.is_physical(each.fit.values)]
+    names = tuple(each.effect.name for each in group) if named else ()
+    suspected = tuple(each.effect.name for each in others if each.effect.name not in names) if verdict != "none" else ()
+    site = named.effect.site if named else _likely_site(others, verdict)
+    gaps = (unchanged, calibrated, None if named is None else named.gap)
+    return ChangeAnswer(verdict, named, names[1:], suspected, site, moved, explained, interval, gaps)
+
+
+def is_meant(tried: TriedChange) -> bool:
+    """Whether the fitted values are what the name stands for, and large enough that somebody acts on them."""
+    effect, values = tried.effect, tried.fit.values
+    neutral = {parameter.name: parameter.nominal for parameter in effect.parameters}
+    before, after = user_values(tried.problem, {**values, **neutral}), user_values(tried.problem, values)
+    return effect.is_physical(values) and effect.is_material(before, after)
+
+
+def _indistinguishable(supported: Sequence[TriedChange]) -> list[TriedChange]:
+    """The best candidate and those that explain nearly as much, best first."""
+    if not supported:
+        return []
+    best = max(supported, key=lambda each: each.gain)
+    margin = max(_SAME_GAIN, _SAME_SHARE * best.gain)
+    return sorted((each for each in supported if each.gain >= best.gain - margin), key=lambda each: -each.gain)
+
+
+def _likely_site(others: Sequence[TriedChange], verdict: str) -> str | None:
+    """The site of the candidate that gains most, where something unknown is different."""
+    return others[0].effect.site if verdict == "unknown" and others else None
+
+
+def moved_parameters(search: ChangeSearch, found: Fit, baseline: Baseline) -> dict[str, ChangedParameter]:
+    """Calibrated numbers that are no longer what the baseline found, by name."""
+    intervals = parameter_intervals(search.problem, found) if found is search.calibrated else {}
+    moved = {}
+    for parameter in search.calibrated.parameters:
+        known = baseline.parameters.get(parameter.name)
+        if known is None or "." in parameter.name:
+            continue
+        value = found.values[parameter.name]
+        step = abs(value - known.value)
+        if step > _MOVED * known.spread and (parameter.unit != "-" or step > _MIN_SHARE * abs(known.value)):
+            moved[parameter.name] = ChangedParameter(known.value, value, intervals.get(parameter.name), parameter.unit)
+    return moved
+
+
+def share_explained(
+    problem: Problem, before: Array, after: Array, seed: int = 0
+) -> tuple[float | None, tuple[float, float] | None]:
+    """Share of the difference that a model explains, and its 95 % interval over blocks of time.
+
+    Args:
+        problem: Where the residuals belong.
+        before: (N,) residual of the baseline's model.
+        after: (N,) residual of the model with the answer.
+        seed: Of the bootstrap.
+
+    Returns:
+        ``1 - (E_after^2 - 1) / (E_before^2 - 1)``; None where the difference is within `SAME_AS_BEFORE`.
+    """
+    if root_mean_square(before) <= SAME_AS_BEFORE:
+        return None, None
+    time = problem.time
+    block = ((time - time.min()) // _BLOCK_S).astype(int)
+    count = np.bincount(block)
+    used = count > 0
+    sums = [np.bincount(block, weights=residual**2)[used] for residual in (before, after)]
+    count = count[used]
+    drawn = np.random.default_rng(seed).integers(0, count.size, size=(_RESAMPLES, count.size))
+    shares = _share(sums[0][drawn].sum(1) / count[drawn].sum(1), sums[1][drawn].sum(1) / count[drawn].sum(1))
+    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 - 0.5 * _LEVEL, 0.5 + 0.5 * _LEVEL))
+    whole = _share(np.array([np.mean(before**2)]), np.array([np.mean(after**2)]))
+    return float(whole[0]), (low, high)
+
+
+def _share(before: Array, after: Array) -> Array:
+    """Share closed by mean squares before and after; NaN where there was nothing to close."""
+    gap = np.where(before > 1.0, before - 1.0, np.nan)
+    return np.asarray(1.0 - (after - 1.0) / gap)
+
+
+def changed_model(search: ChangeSearch) -> ChangedString:
+    """The model that the search used."""
+    model = search.problem.model
+    assert isinstance(model, ChangedString)
+    return model

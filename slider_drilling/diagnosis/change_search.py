@@ -1,0 +1,164 @@
+"""Search for what has changed: every candidate is scanned, the most promising are fitted beside the baseline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from slider_drilling.diagnosis.baseline import Baseline
+from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.gap.model import Array, Effect, Values
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_effects, screen
+
+# Candidates that are fitted, of all that are scanned; the first of them from two starts.
+_FITTED, _FROM_TWO_STARTS = 6, 3
+_TWISTS = (0.0, -4.0)  # rad, of the string at the start
+
+
+@dataclass(frozen=True)
+class TriedChange:
+    """One candidate, fitted together with what the baseline leaves open.
+
+    Attributes:
+        effect: The candidate.
+        growing: Whether it grows from the start of the log to its end.
+        problem: The problem of its fit.
+        fit: The fit.
+        gain: ``-2 log p`` that it gains beyond calibration, less what it gains where nothing has changed.
+    """
+
+    effect: Effect
+    growing: bool
+    problem: Problem = field(repr=False)
+    fit: Fit = field(repr=False)
+    gain: float
+
+    @property
+    def gap(self) -> float:
+        """E that it leaves, in the baseline's noise."""
+        return root_mean_square(self.fit.residual)
+
+
+@dataclass(frozen=True)
+class ChangeSearch:
+    """What the search found.
+
+    Attributes:
+        problem: The problem without changes.
+        unchanged: The baseline's model: only the state at the start of each log is fitted.
+        calibrated: With calibrated numbers as far off as they wander.
+        tried: Fitted candidates, largest gain first.
+        scanned: Gain that the scan predicted, by candidate.
+    """
+
+    problem: Problem = field(repr=False)
+    unchanged: Fit = field(repr=False)
+    calibrated: Fit = field(repr=False)
+    tried: tuple[TriedChange, ...]
+    scanned: Mapping[str, float]
+
+
+def root_mean_square(residual: Array) -> float:
+    """E of a residual (N,) in noise units."""
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
+    """Fit the baseline's model to later logs, then whatever may have changed.
+
+    Args:
+        model: Of the later logs.
+        baseline: What they share with the earlier ones.
+    """
+    noise = [{channel.name: baseline.noise[channel.name].sigma for channel in run.channels} for run in model.runs]
+    problem = build_problem(model, noise)
+    unchanged = _fit_start(problem)
+    calibrated = fit(problem, parameters_of(problem, ()), unchanged.values)
+    entries, scanned = _scan(problem, calibrated, model, baseline.chance_gains)
+    tried = [
+        _fit_change(problem, calibrated, each, growing, rank < _FROM_TWO_STARTS, baseline.chance_gains)
+        for rank, (each, growing) in enumerate(entries[:_FITTED])
+    ]
+    tried.sort(key=lambda each: -each.gain)
+    return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def _fit_start(problem: Problem) -> Fit:
+    """The state of the string at the start of each log, with everything else as the baseline has it."""
+    own = [parameter for parameter in parameters_of(problem, ()) if "@" in parameter.name]
+    runs = range(len(problem.model.runs))
+    starts = [{f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
+    aligned = [_with_tool_face(problem, start) for start in starts]
+    return min((fit(problem, own, start) for start in aligned), key=lambda each: each.cost)
+
+
+def _with_tool_face(problem: Problem, start: Values) -> dict[str, float]:
+    """A start whose toolface begins where it was measured: the first samples' circular mean."""
+    residual = problem.residuals([start])[0]
+    aligned = dict(start)
+    for piece in problem.pieces:
+        if piece.name == "tool_face":
+            first = residual[piece.rows][:3] * piece.noise
+            aligned[f"tool_face_offset@{piece.run}"] = float(np.angle(np.mean(np.exp(1j * first))))
+    return aligned
+
+
+def _scan(
+    problem: Problem, calibrated: Fit, model: ChangedString, chance: Mapping[str, float]
+) -> tuple[list[tuple[ScreenedEffect, bool]], dict[str, float]]:
+    """Every candidate as a step and as a ramp, most promising first; and the gain predicted, by candidate."""
+    entries = []
+    for growing in (False, True):
+        shaped = replace(problem, model=model.growing_change(growing))
+        entries += [(each, growing) for each in screen(scan_effects(shaped, calibrated, model.effects))]
+
+    def beyond_chance(entry: tuple[ScreenedEffect, bool]) -> float:
+        return entry[0].predicted_gain - chance.get(entry[0].effect.name, 0.0) * problem.size
+
+    entries.sort(key=lambda entry: -beyond_chance(entry))
+    best: dict[str, tuple[ScreenedEffect, bool]] = {}
+    for entry in entries:
+        best.setdefault(entry[0].effect.name, entry)
+    return list(best.values()), {name: beyond_chance(entry) for name, entry in best.items()}
+
+
+def _fit_change(
+    problem: Problem, calibrated: Fit, screened: ScreenedEffect, growing: bool, two_starts: bool,
+    chance: Mapping[str, float],
+) -> TriedChange:  # fmt: skip
+    """One candidate fitted, and what it gains in simulations of the same fidelity."""
+    effect, model = screened.effect, problem.model
+    assert isinstance(model, ChangedString)
+    shaped = replace(problem, model=model.growing_change(growing)).at_fidelity_of((effect,))
+    freed = parameters_of(shaped, ())
+    own = {parameter.name for parameter in effect.parameters}
+    freed = [parameter for parameter in freed if parameter.name not in own] + list(effect.parameters)
+    scan = scan_effects(shaped, calibrated, [])
+    starts = [start for start, _ in rank_starts(replace(scan, problem=shaped, base=calibrated), screened)]
+    fits = [
+        fit(shaped, freed, start, jacobian_rows=calibrated.jacobian_rows)
+        for start in starts[: 2 if two_starts else 1]
+    ]  # fmt: skip
+    found = min(fits, key=lambda each: each.cost)
+    reference = calibrated.cost
+    if shaped.options != problem.options:
+        reference = fit(shaped, calibrated.parameters, calibrated.values, iterations=2).cost
+    return TriedChange(
+        effect, growing, shaped, found, reference - found.cost - chance.get(effect.name, 0.0) * problem.size
+    )
+
+
+def all_values(model: ChangedString, found: Fit) -> dict[str, float]:
+    """Every value of a fit, shared ones included, without those of a single run."""
+    return {name: value for name, value in {**model.shared, **found.values}.items() if "@" not in name}
+
+
+def candidates_by_gain(search: ChangeSearch) -> Sequence[str]:
+    """Names of all candidates, most promising first."""
+    fitted = [each.effect.name for each in search.tried]
+    return [*fitted, *(name for name in search.scanned if name not in fitted)]

@@ -1,0 +1,135 @@
+"""Diagnose what is different between earlier and later logs of one rig."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from slider_drilling.diagnosis.baseline import Baseline, candidates_for_change, fit_baseline, shared_nuisance
+from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.change import Change
+from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
+from slider_drilling.diagnosis.change_result import change_diagnosis
+from slider_drilling.diagnosis.change_search import search_change
+from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.drill_string import DrillString
+from slider_drilling.diagnosis.result import Diagnosis
+from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
+from slider_drilling.errors import InputError
+from slider_drilling.gap.progress import Progress
+from slider_drilling.log import RigLog
+from slider_drilling.log.time_window import cut_time_window
+from slider_drilling.log_checks import check_log
+from slider_drilling.rig import Rig
+
+MIN_BEFORE_S, MIN_AFTER_S = 60.0, 30.0
+"""Shortest log before and after a change that can be compared."""
+
+
+@dataclass(frozen=True)
+class Since:
+    """When a change began.
+
+    Attributes:
+        time: s of the log that the user gave.
+        interval: 95 % interval, None if unknown.
+        found: Whether change detection found it.
+        log_start: s of that log, at which the later log begins.
+    """
+
+    time: float
+    interval: tuple[float, float] | None = None
+    found: bool = False
+    log_start: float = 0.0
+
+
+def split_at(log: RigLog, since: float) -> tuple[RigLog, RigLog]:
+    """The log before a time and the log from then on.
+
+    Args:
+        log: The whole log.
+        since: s from its start.
+
+    Raises:
+        InputError: One of the two is too short.
+    """
+    ends = [float(series.time[-1]) for series in log.series().values() if series.time.size]
+    last = max(ends, default=0.0)
+    if not MIN_BEFORE_S <= since <= last - MIN_AFTER_S:
+        raise InputError(
+            f"--since {since:g}: {log.source} holds {last:.0f} s: give a time that leaves at least "
+            f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
+        )
+    return cut_time_window(log, 0.0, since), cut_time_window(log, since, last)
+
+
+def diagnose_change(
+    before: Sequence[RigLog] | Baseline,
+    after: Sequence[RigLog],
+    rig: Rig,
+    *,
+    since: Since | None = None,
+    seed: int = 0,
+    progress: Progress = lambda stage, share: None,
+) -> Diagnosis:
+    """Diagnose what is different in later logs.
+
+    The rig's calibrated numbers, effects that it always had, and what no model explains are those of the earlier logs.
+
+    Args:
+        before: Earlier logs, or what `fit_baseline` made of them.
+        after: Later logs. Each begins where the change does, or later.
+        rig: The rig file.
+        since: When the change began, for the answer.
+        seed: Of the bootstrap.
+        progress: Called with the stage and the share done.
+
+    Raises:
+        InputError: A log is unusable, or too short.
+    """
+    started = clock.perf_counter()
+    progress("calibrating the baseline", 0.05)
+    baseline = before if isinstance(before, Baseline) else fit_baseline(_long_enough(before, MIN_BEFORE_S), rig)
+    checks = tuple(check_log(log, rig) for log in _long_enough(after, MIN_AFTER_S))
+    for checked in checks:
+        checked.raise_if_unusable()
+    progress("searching what has changed", 0.5)
+    prepared = build_model([checked.log for checked in checks], rig)
+    model = _changed_string(prepared.model.with_channels(tuple(baseline.noise)), baseline)
+    if not any(run.channels for run in model.runs):
+        raise InputError(
+            f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
+        )
+    search = search_change(model, baseline)
+    answer = answer_from(search, baseline, seed)
+    given = Since(0.0) if since is None else since
+    remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in checks], rig), *prepared.remarks)
+    diagnosis = change_diagnosis(after, rig, checks, search, answer, baseline, remarks)
+    return replace(
+        diagnosis, change=_change(answer, baseline, given, since is not None), runtime=clock.perf_counter() - started
+    )
+
+
+def _long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
+    for log in logs:
+        series = log.top_drive
+        length = 0.0 if series is None or not series.time.size else float(series.time[-1] - series.time[0])
+        if length < least:
+            raise InputError(
+                f"{log.source}: {length:.0f} s of top-drive motion: at least {least:.0f} s are needed here"
+            )
+    return logs
+
+
+def _changed_string(string: DrillString, baseline: Baseline) -> ChangedString:
+    candidates = candidates_for_change(string.effects, baseline.standing, baseline.values)
+    return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates)
+
+
+def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, known: bool) -> Change:
+    return Change(
+        baseline.sources, since.log_start, since.time if known else None, since.interval, since.found,
+        None if answer.named is None else answer.named.growing, answer.moved, answer.explained, answer.interval,
+        baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing), baseline.values,
+    )  # fmt: skip
