@@ -17,6 +17,7 @@ from slider_drilling.rig import load_rig
 from slider_drilling.rig_papers.build import build_rig
 from slider_drilling.rig_papers.defaults import mean_friction
 from slider_drilling.rig_papers.equipment import MOTORS, TOP_DRIVES, find_by_name
+from slider_drilling.rig_papers.equipment_tables import EQUIPMENT_TABLES
 from slider_drilling.rig_papers.sheet import (
     read_circulating_pressure,
     read_motor,
@@ -301,6 +302,7 @@ def test_tables_name_their_sources() -> None:
     assert code == 0
     for words in ("API RP 7G (1998)", "API Spec 5DP (2009)", "PowerPak", "2004", "TDS-11SA technical bulletin, 1998"):
         assert words in printed
+    assert printed.count("compared with published text") == len(EQUIPMENT_TABLES)
     assert "drill-pipe" not in run("tables", "motors")[1]
 
 

@@ -143,11 +143,12 @@ def tables(name: str | None, as_json: bool) -> None:
 
     chosen = {title: table for title, table in EQUIPMENT_TABLES.items() if name in (None, title)}
     if as_json:
-        print_json({title: {"source": table.source, "head": table.head, "rows": list(table.rows())}
-                    for title, table in chosen.items()})  # fmt: skip
+        print_json({title: {"source": table.source, "compared": table.compared, "head": table.head,
+                            "rows": list(table.rows())} for title, table in chosen.items()})  # fmt: skip
         return
     for title, table in chosen.items():
-        stdout().print(f"{title}: compare with {table.source}")
+        stdout().print(f"{title}: {table.source}", markup=False)
+        stdout().print(f"compared with published text: {table.compared}", markup=False)
         for line in _aligned([table.head, *table.rows()]):
             stdout().print(line)
         stdout().print()

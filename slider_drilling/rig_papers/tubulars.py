@@ -2,8 +2,8 @@
 
 Sources: API Spec 5DP, 1st edition, 2009 (sizes, tool joints); API RP 7G, 16th edition, 1998 (connections, strength and
 weight formulas of Appendix A); Smith Services Dimensional Data Handbook, 3rd edition, 2002 (heavy-weight drill pipe).
-The tables were not compared line by line with these documents. They are in in, lb/ft and psi as there; functions take
-and return these units unless their name says SI.
+`equipment_tables` says which rows were compared with published text. They are in in, lb/ft and psi as there; functions
+take and return these units unless their name says SI.
 """
 
 from __future__ import annotations
