@@ -17,6 +17,8 @@ from slider_drilling.gap.problem.step_loss import step_loss
 STEP_SIZE = 4.0
 # Longest memory of a discrepancy, samples: an error that lasts longer is for an effect to explain.
 _SAMPLES = 40.0
+# Memory of a discrepancy without memory, in shortest memories: correlations of neighbours vanish.
+_NO_MEMORY = 1e-2
 FREE_RUN = SimulationOptions()
 # Stretches of a run. The length of one is also the longest memory of a discrepancy.
 _STRETCHES = 20
@@ -78,6 +80,7 @@ class Problem:
         counter: Number of simulations run.
         added: By name of a parameter that the model does not have: (N,) noise units that one unit of it adds to every
             simulation.
+        white_discrepancy: Whether a discrepancy has no memory: then slow errors count like fast ones.
     """
 
     model: Model
@@ -86,6 +89,7 @@ class Problem:
     correction: Array = field(repr=False)
     counter: SimulationCounter = field(repr=False, compare=False)
     added: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    white_discrepancy: bool = False
 
     @property
     def size(self) -> int:
@@ -162,6 +166,11 @@ class Problem:
         """The same problem with other simulation options, without correction."""
         return replace(self, options=options, correction=np.zeros(self.size))
 
+    def with_noise(self, noise: Sequence[Mapping[str, float]]) -> Problem:
+        """The problem of the same model and logs with other noise floors, without correction and added rows."""
+        rebuilt = build_problem(self.model, noise, self.options, self.counter)
+        return replace(rebuilt, white_discrepancy=self.white_discrepancy)
+
     def with_added_rows(self, rows: Mapping[str, Array]) -> Problem:
         """The same problem with parameters that the model does not have: by name, (N,) what one unit of each adds."""
         return replace(self, added={**self.added, **rows})
@@ -196,9 +205,13 @@ class Problem:
             if piece.channel.accumulates:
                 total += float(step_loss(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
             else:
-                cost, discrepancies[index] = fit_discrepancy(part, piece.interval, piece.memories)
+                cost, discrepancies[index] = fit_discrepancy(part, piece.interval, self._memories(piece))
                 total += cost
         return total, discrepancies
+
+    def _memories(self, piece: Piece) -> Array:
+        """(k,) s, the memories that a discrepancy may have in this problem."""
+        return _NO_MEMORY * piece.memories[:1] if self.white_discrepancy else piece.memories
 
     def unwrapped(self, piece: Piece, residual: Array) -> Array:
         """A piece's residual (n,) without jumps of whole periods."""

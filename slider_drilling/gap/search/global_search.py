@@ -9,7 +9,7 @@ searched for, since the phase depends on the mesh too.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -98,7 +98,8 @@ def _truncated(problem: Problem, fraction: float) -> Problem:
     noise: list[dict[str, float]] = [{} for _ in problem.model.runs]
     for piece in problem.pieces:
         noise[piece.run][piece.name] = piece.noise
-    return build_problem(problem.model.truncated(fraction), noise, problem.options, problem.counter)
+    first = build_problem(problem.model.truncated(fraction), noise, problem.options, problem.counter)
+    return replace(first, white_discrepancy=problem.white_discrepancy)
 
 
 def _first_populations(costs_of: _CostsOf, dimensions: int, number: int, seed: int) -> list[Any]:

@@ -19,7 +19,7 @@ from slider_drilling.gap.evidence.compare import (
 from slider_drilling.gap.evidence.free_forms import fit_free_forms_of_known
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
-from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, finalists
@@ -94,9 +94,7 @@ def _best_mode(state: SearchState, leader: Sequence[Arm]) -> tuple[int, tuple[Pr
     return mode, fits[mode]
 
 
-def exclude_like_free_forms(
-    state: SearchState, candidates: Sequence[CandidateResult]
-) -> tuple[CandidateResult, ...]:
+def exclude_like_free_forms(state: SearchState, candidates: Sequence[CandidateResult]) -> tuple[CandidateResult, ...]:
     """The candidates; those that fit no better than a free form of an effect in the model have failed."""
     if not state.current.effects or not any(candidate.passed for candidate in candidates):
         return tuple(candidates)
@@ -123,7 +121,7 @@ def update_floors(
     ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in model.problem.pieces]
     if all(abs(np.log(ratio)) < MIN_FLOOR_CHANGE for ratio in ratios):
         return state, accepted
-    free_run = build_problem(model.problem.model, [sigmas(own) for own in floors], counter=model.problem.counter)
+    free_run = state.modes[0].with_noise([sigmas(own) for own in floors])
     modes = tuple(free_run.with_options(mode.options) for mode in state.modes)
     problem = free_run.with_options(replace(model.problem.options, fidelity=free_run.options.fidelity))
     state, (rescored,) = rescore(problem, state, [model])
@@ -202,9 +200,7 @@ def indistinguishable_from(
     return tuple(candidate.effect.name for candidate in rivals if not distinguished(candidate.fitted))
 
 
-def _test_candidate(
-    state: SearchState, model: FittedModel, remaining: Sequence[Effect], seed: int
-) -> CandidateResult:
+def _test_candidate(state: SearchState, model: FittedModel, remaining: Sequence[Effect], seed: int) -> CandidateResult:
     """The model tested against the current one by the naming criteria, in runs that its fit has not seen too."""
     evidence = Evidence(state, state.current, model, remaining, seed)
     closed, interval = gap_closed(state.bootstrap, state.current.score, model.score)

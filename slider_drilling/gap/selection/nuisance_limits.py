@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT, fit_from_starts, plausible_range
-from slider_drilling.gap.selection.refit import check_adequacy, finish_and_cross_validate
+from slider_drilling.gap.selection.refit import check_adequacy, finish_and_cross_validate, no_worse_than
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
 
@@ -38,7 +38,8 @@ def calibrate_within_limits(state: SearchState, effects: Sequence[Effect], seed:
     freed = [_limited(each) if each.name in outside else each for each in state.current.fit.parameters]
     of_runs = {name: value for name, value in values.items() if "@" in name}
     mode = state.current_mode
-    near = finish_and_cross_validate(mode, (), fit_from_starts(mode, (values, of_runs), freed), state.bootstrap.folds)
+    best = fit_from_starts(mode, (values, of_runs), freed)
+    near = no_worse_than(finish_and_cross_validate(mode, (), best, state.bootstrap.folds), [{}])
     adequacy = check_adequacy(near, seed, effects)
     return replace(
         state, calibrated=near, current=near, adequacy=adequacy, calibrated_adequacy=adequacy, unrestricted=state

@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy_of_fit
 from slider_drilling.gap.evidence.compare import passes_likelihood_ratio_test
-from slider_drilling.gap.evidence.score import Folds, HeldOutScore, score_held_out, score_residual
-from slider_drilling.gap.model import Effect
+from slider_drilling.gap.evidence.score import (
+    Folds,
+    HeldOutScore,
+    score_held_out,
+    score_residual,
+    squared_residuals,
+)
+from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import fit_fidelity, refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, min_gain_to_catch_up
@@ -41,24 +49,43 @@ def check_adequacy(model: FittedModel, seed: int, effects: Sequence[Effect] = ()
 
 def score_nominal(problem: Problem, calibrated: FittedModel) -> HeldOutScore:
     """Score of the model as given."""
-    exact = problem.corrected_at({}, fit_fidelity(problem.model))
-    residual = exact.residuals([{}])[0]
-    return score_residual(exact, residual, replace(calibrated.fit, discrepancy=exact.cost(residual)[1]))
+    return _score_unfitted(problem, calibrated.fit, {})
 
 
-def no_worse_than_given(calibrated: FittedModel, nominal: HeldOutScore) -> FittedModel:
-    """The calibrated model, or the model as given where calibration made the gap larger.
+def _score_unfitted(problem: Problem, whole: Fit, values: Values) -> HeldOutScore:
+    """Score of the model with values that were not fitted."""
+    exact = problem.corrected_at(values, fit_fidelity(problem.model))
+    residual = exact.residuals([values])[0]
+    return score_residual(exact, residual, replace(whole, discrepancy=exact.cost(residual)[1]))
+
+
+def fitted_gap(model: FittedModel) -> float:
+    """E of a fit over the data that it was fitted to."""
+    return float(np.sqrt(np.mean(squared_residuals(model.problem, model.fit.residual))))
+
+
+def least_gap(problem: Problem, given: Sequence[Values]) -> float:
+    """The smallest E of the model with any of these values, none of which was fitted."""
+    exact = problem.with_options(replace(problem.options, fidelity=fit_fidelity(problem.model)))
+    squares = [squared_residuals(exact, residual) for residual in exact.residuals(given)]
+    return float(np.sqrt(min(np.mean(each) for each in squares)))
+
+
+def no_worse_than(calibrated: FittedModel, given: Sequence[Values]) -> FittedModel:
+    """The calibrated model; or the model with the best of these values, where calibration left a larger gap.
 
     The likelihood lets slow discrepancies pass. Where the model fits badly, its optimum can therefore follow what is
-    fast and leave a larger gap than the model as given.
+    fast and leave a larger gap than the model as given, or than the values that a user starts from.
     """
-    if calibrated.score.gap <= nominal.gap:
+    scores = [_score_unfitted(calibrated.problem, calibrated.fit, values) for values in given]
+    best = min(range(len(given)), key=lambda index: scores[index].gap)
+    if calibrated.score.gap <= scores[best].gap:
         return calibrated
-    given = calibrated.problem.corrected_at({}, fit_fidelity(calibrated.problem.model))
-    unchanged = {parameter.name: parameter.nominal for parameter in calibrated.fit.parameters}
-    return replace(
-        calibrated, problem=given, fit=fit(given, calibrated.fit.parameters, unchanged, iterations=0), score=nominal
-    )
+    parameters = calibrated.fit.parameters
+    problem = calibrated.problem.corrected_at(given[best], fit_fidelity(calibrated.problem.model))
+    values = {parameter.name: parameter.nominal for parameter in parameters} | dict(given[best])
+    unchanged = fit(problem, parameters, values, iterations=0)
+    return replace(calibrated, problem=problem, fit=unchanged, score=scores[best])
 
 
 def refit(problem: Problem, model: FittedModel, folds: Folds) -> FittedModel:
@@ -75,7 +102,7 @@ def rescore(
     own = [state.calibrated] if state.current is state.calibrated else [state.calibrated, state.current]
     refitted = parallel_map(lambda model: refit(problem, model, state.bootstrap.folds), [*own, *others])
     nominal = score_nominal(problem, refitted[0])
-    calibrated = no_worse_than_given(refitted[0], nominal)
+    calibrated = no_worse_than(refitted[0], [{}])
     current = calibrated if len(own) == 1 else refitted[1]
     return replace(state, calibrated=calibrated, current=current, nominal_score=nominal), refitted[len(own) :]
 
