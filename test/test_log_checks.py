@@ -108,6 +108,29 @@ def test_channel_in_wrong_unit_is_unusable_and_unit_named(log, rig, series, colu
 
 
 @pytest.mark.parametrize(
+    ("series", "column", "channel", "noise"),
+    [
+        ("draw_works", "effort", "hook_load", 1.0),
+        ("draw_works", "effort", "hook_load", 0.0),
+        ("draw_works", "effort", "hook_load", 300.0),
+        ("top_drive", "effort", "surface_torque", 2.0),
+        ("top_drive", "effort", "surface_torque", 0.0),
+        ("standpipe_pressure", "value", "standpipe_pressure", 10.0),
+        ("standpipe_pressure", "value", "standpipe_pressure", 0.0),
+    ],
+)
+def test_dead_sensor_gets_no_unit(log, rig, series, column, channel, noise):
+    random = np.random.default_rng(0)
+    text = error_of(changed(log, series, **{column: lambda x: noise * random.normal(size=x.size)}), rig)
+    assert f"{channel} " in text and "dead, not connected or tared" in text
+    assert "looks like" not in text
+
+
+def test_hints_name_units_of_recorders(log, rig):
+    assert "MN" not in error_of(changed(log, "draw_works", effort=lambda x: 1.0 + 0.0 * x + 1e-6 * x), rig)
+
+
+@pytest.mark.parametrize(
     ("column", "factor", "says"),
     [
         ("velocity", 30.0 / np.pi, "speed looks like .*rpm"),

@@ -127,6 +127,16 @@ def test_readings_that_look_like_nulls_stay(values: np.ndarray) -> None:
     assert without_undeclared_nulls(values, positive=True)[1] == ()
 
 
+@pytest.mark.parametrize(
+    ("odd", "found"),
+    [((-1.0,) * 2, 0), ((-1.0,) * 5, 5), ((-1.0, -1.1, -1.0, -0.9, -1.0, -1.0, -1.0, -1.0), 0), ((1e9, 1e9), 2)],
+)
+def test_unusual_nulls_need_repeats(odd: tuple[float, ...], found: int) -> None:
+    """Two readings of -1 are a sensor's zero; five, with nothing near them, are a null."""
+    values = np.r_[200.0 + np.random.default_rng(0).normal(size=500), odd]
+    assert sum(count for _, count in without_undeclared_nulls(values, positive=True)[1]) == found
+
+
 @pytest.mark.parametrize("word", ["#N/A", "NULL", "Bad Input", "---", "n/a", "I/O Timeout"])
 def test_nulls_in_words(tmp_path: Path, word: str) -> None:
     log = read_table(written(tmp_path, f"Time (s),HKLD (klbf)\n0,200\n1,{word}\n2,202\n"))

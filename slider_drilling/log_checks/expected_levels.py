@@ -17,6 +17,7 @@ from slider_drilling.wellbore.static_loads import static_loads
 _ELEMENTS = 32
 _MAX_SIMULATED = 1200.0  # s; only the first part of a longer log is simulated
 _START_SHARE = 0.05  # of the log: shows how the string hangs at the start
+_NOISE = 3.0  # standard deviations of noise that are no level
 _PUMPING = 0.3  # of the highest flow in the log
 
 # Measured over expected level that calibration or a catalogued effect can still explain.
@@ -38,6 +39,7 @@ class ExpectedLevel:
         expected: Level by the rig file.
         low: Lowest level that calibration can reach.
         high: Highest level that calibration can reach.
+        noise: Standard deviation of the channel's white noise.
     """
 
     verb: str
@@ -45,11 +47,17 @@ class ExpectedLevel:
     expected: float
     low: float
     high: float
+    noise: float = 0.0
 
     @property
     def fits(self) -> bool:
         """Whether calibration can reach the measured level."""
         return self.low <= self.measured <= self.high
+
+    @property
+    def dead(self) -> bool:
+        """Whether the level is zero or no more than noise: no sensor is behind the channel."""
+        return abs(self.measured) <= _NOISE * self.noise
 
 
 def simulate_as_given(log: RigLog, rig: Rig) -> Response | None:
@@ -70,7 +78,8 @@ def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:
         return None
     measured = float(np.median(values[: max(int(_START_SHARE * values.size), 1)]))
     hanging = static_loads(rig, elements=100).hook_load
-    return ExpectedLevel("starts at", measured, hanging, HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging)
+    limits = HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging
+    return ExpectedLevel("starts at", measured, hanging, *limits, _white_noise(values))
 
 
 def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> ExpectedLevel | None:
@@ -98,7 +107,8 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
     if expected <= 0.0:
         return None
     high = PRESSURE[1] * expected + rig.motor.pressure_at_stall
-    return ExpectedLevel("is", measured, expected, PRESSURE[0] * expected, high)
+    noise = _white_noise(pressure.value[running])
+    return ExpectedLevel("is", measured, expected, PRESSURE[0] * expected, high, noise)
 
 
 def surface_torque(log: RigLog, response: Response) -> ExpectedLevel | None:
@@ -116,7 +126,15 @@ def surface_torque(log: RigLog, response: Response) -> ExpectedLevel | None:
         return None
     ratio = min(ratios, key=lambda r: abs(np.log(max(r, 1e-12))))
     low, high = TORQUE_ALONE if log.draw_works is None and log.standpipe_pressure is None else TORQUE
-    return ExpectedLevel("reaches", ratio * expected[0], expected[0], low * expected[0], high * expected[0])
+    limits = low * expected[0], high * expected[0]
+    return ExpectedLevel("reaches", ratio * expected[0], expected[0], *limits, _white_noise(drive.effort[inside]))
+
+
+def _white_noise(values: Array) -> float:
+    """Standard deviation of the noise of evenly spaced values, by their second differences, which cancel trends."""
+    if values.size < 3:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
 
 
 def _size_and_spread(values: Array) -> tuple[float, float]:

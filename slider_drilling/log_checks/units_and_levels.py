@@ -14,6 +14,12 @@ from slider_drilling.units import KINDS, Quantity, sentence
 
 # Kind of quantity of each channel, and the unit that it is shown in.
 _SHOWN = {"surface_torque": ("torque", "kN m"), "hook_load": ("force", "kN"), "standpipe_pressure": ("pressure", "bar")}
+# Units that recorders write; a hint names no other.
+_RECORDED = {
+    "torque": ("N m", "daN m", "kN m", "ft lbf", "kft lbf", "kgf m"),
+    "force": ("N", "daN", "kN", "kdaN", "lbf", "klbf", "kgf", "tf"),
+    "pressure": ("Pa", "kPa", "bar", "MPa", "psi", "kpsi", "kgf/cm2"),
+}
 # A unit explains a level if it brings it within this ratio of the expected one, and this many times nearer.
 _NEAR, _NEARER = 3.0, 4.0
 _OTHER_RIG = 0.1  # a level within this ratio may come from another rig; beyond it only a unit explains it
@@ -25,8 +31,15 @@ def check_level(channel: str, level: ExpectedLevel | None) -> list[LogIssue]:
     if level is None or level.fits:
         return []
     kind, shown = _SHOWN[channel]
-    factors = KINDS[kind]
+    factors = {name: KINDS[kind][name] for name in _RECORDED[kind]}
     si, factor = next(iter(factors)), factors[shown]
+    if level.dead:
+        text = sentence(
+            f"{channel} {level.verb} zero or noise about it, but the rig file gives ",
+            Quantity(level.expected / factor, shown),
+            ": its sensor is dead, not connected or tared; leave the channel out, or export it again",
+        )  # fmt: skip
+        return [LogIssue("unusable", channel, text, "units and levels")]
     ratio = abs(level.measured) / level.expected
     units = _matching_units(ratio, {name: value for name, value in factors.items() if name != si})
     pair = "" if units else _mistaken_unit(ratio, factors)

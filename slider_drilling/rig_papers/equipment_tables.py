@@ -59,17 +59,18 @@ EQUIPMENT_TABLES = {
         ("OD in", "nominal lb/ft", "grade", "ID in", "adjusted lb/ft", "connection", "tool joint in", "make-up ft lbf",
          "torsional yield ft lbf"),
         "API Spec 5DP (2009), API RP 7G (1998)",
-        "OD, weight and ID of each row: equal in at least one public list of drill pipe. Tool joints of NC46 (16.6 X, S), "
-        "NC50 (19.5 G, S) and 6 5/8 FH (27.7 S): equal in RP 7G's errata (2000) or a public list. Make-up torque of 5 1/2 "
-        "FH 21.9 S: 52302 in RP 7G's errata (2000). The other tool joints could not be compared. Torques and weights follow "
-        "from RP 7G's formulas; the longer tongs of 5DP (NC50: 21 in) would add 3 % to a weight",
+        "OD, weight and ID of each row: equal in at least one public list of drill pipe. Tool joints of NC46 (16.6"
+        " X, S), NC50 (19.5 G, S) and 6 5/8 FH (27.7 S): equal in RP 7G's errata (2000) or a public list. Make-up "
+        "torque of 5 1/2 FH 21.9 S: 52302 in RP 7G's errata (2000). The other tool joints could not be compared. "
+        "Torques and weights follow from RP 7G's formulas; the longer tongs of 5DP (NC50: 21 in) would add 3 % to "
+        "a weight",
         _drill_pipe,
     ),
     "heavy-weight": EquipmentTable(
         ("OD in", "ID in", "weight lb/ft", "connection", "tool joint in", "make-up ft lbf"),
         "Smith Services Dimensional Data Handbook (2002), API RP 7G (1998)",
-        "3 1/2 to 5 in: ID and weight equal in a public list, which gives the 5 in a joint of 6 5/8. 5 1/2 and 6 5/8 in "
-        "could not be compared: public lists hold other makes (5 1/2: ID 3.25; 6 5/8: joint 8.5)",
+        "3 1/2 to 5 in: ID and weight equal in a public list, which gives the 5 in a joint of 6 5/8. 5 1/2 and 6 "
+        "5/8 in could not be compared: public lists hold other makes (5 1/2: ID 3.25; 6 5/8: joint 8.5)",
         _heavy_weight,
     ),
     "motors": EquipmentTable(
@@ -84,8 +85,8 @@ EQUIPMENT_TABLES = {
     ),
     "pumps": EquipmentTable(
         ("name", "stroke in", "largest liner in", "strokes/min"), equipment.PUMP_SOURCE,
-        "all rows: stroke, largest liner and speed equal in public lists of pumps; one of two gives the 9-P-100 154 a "
-        "minute",
+        "all rows: stroke, largest liner and speed equal in public lists of pumps; one of two gives the 9-P-100 "
+        "154 a minute",
         lambda: [(row.name, f"{row.stroke:g}", f"{row.largest_liner:g}", f"{row.speed:g}") for row in equipment.PUMPS],
     ),
 }  # fmt: skip

@@ -27,6 +27,7 @@ _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[,' \u00a0\u202f]\d{3})+(?:\.\d*)?")
 _NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
 _SPANS = 3.0  # times the range of all other values that an undeclared null lies outside
 _MANY = 10.0  # the same for a number that is no usual null
+_MIN_REPEATS = 5  # of a number that no exporter is known to write for "no value"
 _MAX_NULLS = 4  # different undeclared nulls of one column
 _MAX_SHARE, _MAX_SHARE_ABOVE = 0.5, 0.2  # of the values, for nulls below and above all others
 
@@ -123,8 +124,8 @@ def _marks(cells: list[str], decimal: str, delimiter: str) -> tuple[bool, bool]:
 def without_undeclared_nulls(values: Array, positive: bool) -> tuple[Array, tuple[tuple[float, int], ...]]:
     """The values with numbers as NaN that stand far outside all others and look like a null.
 
-    Such a number is one that exporters write (-999.25, -9999, -999, 99999, -32768), or it is repeated to the last
-    digit, far outside, and negative where the quantity cannot be.
+    Such a number is one that exporters write (-999.25, -9999, -999, 99999, -32768). Another one must be repeated to the
+    last digit and be impossibly large; or stand five times, far from all others, negative where the quantity cannot be.
     """
     found: list[tuple[float, int]] = []
     values = values.copy()
@@ -151,7 +152,14 @@ def _is_null(value: float, known: Array, positive: bool) -> bool:
     distance = max(low - value, value - high)
     if is_null_like(value):
         return bool(distance > _SPANS * span) or (positive and value < 0.0)
-    return count > 1 and bool(distance > _MANY * span) and ((positive and value < 0.0) or abs(value) > 1e5 * abs(high))
+    if count < 2 or distance <= _MANY * span:
+        return False
+    if abs(value) > 1e5 * abs(high):
+        return True
+    # A pressure of -1 is what a sensor with an offset reads of nothing. It is a null where it stands often, to the last
+    # digit, and nothing ever comes near it.
+    alone = bool(np.abs(others - value).min() > 0.5 * distance)
+    return positive and value < 0.0 and count >= _MIN_REPEATS and alone
 
 
 def is_null_like(value: float) -> bool:
