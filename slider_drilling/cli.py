@@ -66,6 +66,9 @@ COMMANDS: dict[str, CommandEntry] = {
     "diagnose": CommandEntry(
         "slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."
     ),
+    "watch": CommandEntry(
+        "slider_drilling.commands.watch", "Follow a rig or a log live: the gap, what changed, since when, and why."
+    ),
     "blind-check": CommandEntry(
         "slider_drilling.commands.blind_check", "Measure how often the diagnosis is right."
     ),

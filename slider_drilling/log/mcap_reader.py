@@ -171,6 +171,22 @@ class McapSection:
         yield from self._flush()
         self._add_notes()
 
+    def read_whole_records(self, source: FileBytes, at: int) -> tuple[list[MessageBlock], int, bool]:
+        """Read a log that is still being written as far as its records are whole.
+
+        Args:
+            source: The file as it is now.
+            at: Offset where the last call ended; at first, behind the file's magic.
+
+        Returns:
+            Messages, the offset behind the last whole record, and whether the log ends there.
+        """
+        self._source, ended = source, False
+        while not ended and (record := record_at(source, at)) is not None:
+            self._read_record(record)
+            at, ended = record.end, record.opcode == Opcode.FOOTER
+        return [unpack_messages(block) for block in self._flush()], at, ended
+
     def _read_record(self, record: RecordSpan) -> None:
         """Read one record."""
         if record.opcode == Opcode.MESSAGE:

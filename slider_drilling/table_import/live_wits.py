@@ -38,7 +38,7 @@ def record_wits(address: str, path: Path, duration: float | None) -> Path:
     """
     until = None if duration is None else time.monotonic() + duration
     count = 0
-    with _opened(address) as receive:
+    with open_stream(address) as receive:
         try:
             with open(path, "xb") as file:
                 try:
@@ -69,7 +69,8 @@ def _blocks(receive: Callable[[], bytes | None], until: float | None) -> Iterato
 
 
 @contextmanager
-def _opened(address: str) -> Iterator[Callable[[], bytes | None]]:
+def open_stream(address: str) -> Iterator[Callable[[], bytes | None]]:
+    """A function that returns what a stream has sent; None after a wait without data, empty at its end."""
     if address == "-":
         import sys
 

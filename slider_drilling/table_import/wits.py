@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import datetime
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -35,44 +36,61 @@ _NULLS = (-9999.0, -8888.0)
 
 def open_wits(path: Path, units: str) -> TableInMemory:
     """The table of a WITS file; a row for each record. Raises InputError where the units are not told."""
-    records = _records(path)
+    return wits_table(_records(path), printable(str(path)), units)
+
+
+def wits_table(records: list[tuple[int, dict[str, str]]], source: str, units: str) -> TableInMemory:
+    """The table of some records; a row for each.
+
+    Args:
+        records: Line on which each begins, and its values by item.
+        source: Where they come from, for messages.
+        units: "field" or "metric".
+
+    Raises:
+        InputError: No item is known, the units are not told, or no record has a time.
+    """
     held = [item for item in ITEMS if any(item in record for _, record in records)]
     if not held:
-        raise InputError(f"{path}: holds none of the items {', '.join(ITEMS)}")
+        raise InputError(f"{source}: holds none of the items {', '.join(ITEMS)}")
     unsure = [ITEMS[item][0] for item in held if ITEMS[item][1] != ITEMS[item][2]]
     if unsure and not units:
         raise InputError(
-            f"{path}: WITS does not tell the units of {', '.join(unsure)}; add --wits-units field (klbf, psi, kft lbf, "
-            "ft) or --wits-units metric (kdaN, kPa, kN m, m)"
+            f"{source}: WITS does not tell the units of {', '.join(unsure)}; add --wits-units field (klbf, psi, "
+            "kft lbf, ft) or --wits-units metric (kdaN, kPa, kN m, m)"
         )
     which = 2 if units == "field" else 1
     columns: dict[str, Cells] = {ITEMS[item][0]: [record.get(item, "") for _, record in records] for item in held}
     times = [_stamp(record) for _, record in records]
     if not any(times):
-        raise InputError(f"{path}: its records have no date and time (items 05 and 06)")
+        raise InputError(f"{source}: its records have no date and time (items 05 and 06)")
     heads = Heads((TIME, *columns), ("", *(ITEMS[item][which] for item in held)), _NULLS, "YMD")
     lines = np.array([line for line, _ in records], dtype=np.int64)
-    return TableInMemory(heads, Table(printable(str(path)), {TIME: times, **columns}, lines, "line"))
+    return TableInMemory(heads, Table(source, {TIME: times, **columns}, lines, "line"))
 
 
 def _records(path: Path) -> list[tuple[int, dict[str, str]]]:
     """Items of each record, and the line that it begins on. Lines between records are left out."""
-    records: list[tuple[int, dict[str, str]]] = []
+    records = list(iterate_records(read_lines(path, "WITS file", "latin-1")))
+    if not records:
+        raise InputError(f"{path}: holds no whole WITS record (&& to !!)")
+    return records
+
+
+def iterate_records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the line on which each whole record begins, and its values by item."""
     current: dict[str, str] | None = None
     start = 0
-    for number, raw in enumerate(read_lines(path, "WITS file", "latin-1"), 1):
+    for number, raw in enumerate(lines, 1):
         line = raw.strip("\x00\x02\x03 \r\n")
         if line == "&&":
             current, start = {}, number
         elif line == "!!":
             if current:
-                records.append((start, current))
+                yield start, current
             current = None
         elif current is not None and (match := _ITEM.fullmatch(line)) is not None:
             current[match[1] + match[2]] = match[3].strip()
-    if not records:
-        raise InputError(f"{path}: holds no whole WITS record (&& to !!)")
-    return records
 
 
 def _stamp(record: dict[str, str]) -> str:

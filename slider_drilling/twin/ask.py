@@ -30,8 +30,11 @@ class Ask(Protocol):
 
 
 def diagnose_after(before: RigLog, after: RigLog, rig: Rig, since: float) -> dict[str, Any]:
-    """The diagnosis of what was recorded from the change on; see `Ask`."""
-    from slider_drilling.diagnosis.diagnose import diagnose
+    """What is different since the change, with what was before as the baseline; see `Ask`."""
+    from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change
     from slider_drilling.diagnosis.to_json import to_json
+    from slider_drilling.log.time_window import cut_time_window
 
-    return to_json(diagnose([after], rig))
+    end = max(float(series.time[-1]) for series in after.series().values())
+    changed = cut_time_window(after, since, end)
+    return to_json(diagnose_change([before], [changed], rig, since=Since(since, found=True)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig
 
 
@@ -30,6 +31,10 @@ COMPARED = {
     "tool_face": ComparedChannel("rad", "toolface"),
 }
 CHANNELS = (*DRIVING, *COMPARED)
+_QUANTITIES = {quantity.import_name or quantity.column: quantity
+               for topic in TOPICS.values() if topic.is_measured for quantity in topic.quantities}  # fmt: skip
+READING_RANGES = {name: _QUANTITIES[name].physical_range for name in CHANNELS}
+"""Lowest and highest reading that a rig can have; what lies outside is no reading."""
 SURFACE = ("surface_torque", "hook_load", "standpipe_pressure")
 
 

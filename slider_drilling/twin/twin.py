@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
-from slider_drilling.twin.channels import CHANNELS, COMPARED, SURFACE, declared_noise
+from slider_drilling.twin.channels import CHANNELS, COMPARED, READING_RANGES, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import ChangeDetector
@@ -110,6 +111,8 @@ class Twin:
         if channel not in self._buffers:
             raise InputError(f"twin: {channel}: no such channel; use {', '.join(CHANNELS)}")
         time, value = np.atleast_1d(np.asarray(times, float)), np.atleast_1d(np.asarray(values, float))
+        low, high = READING_RANGES[channel]
+        value = np.where((value >= low) & (value <= high), value, np.nan)
         self._buffers[channel].add(time, value)
 
     def add_measurements(self, measurements: Measurements) -> None:
@@ -122,7 +125,14 @@ class Twin:
 
     def advance(self) -> list[TwinReport]:
         """Simulate every second whose samples have arrived; returns a report for each."""
-        return self._advance(self._motion.known_until())
+        reports = self._advance(self._motion.known_until())
+        if not reports and self.report is not None:
+            self._diagnoser.update(self._motion.newest)
+        return reports
+
+    def latest_report(self) -> TwinReport | None:
+        """The latest report with the detections as they are known by now."""
+        return None if self.report is None else replace(self.report, detections=self.detections)
 
     def finish(self) -> list[TwinReport]:
         """Simulate what is left when no more samples come; returns the reports."""

@@ -1,0 +1,74 @@
+"""`slider-drilling watch`: a twin beside a log, a recording that grows, or a stream of WITS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.commands.options import json_option, namespace_option, topics_option, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
+
+EXAMPLES = """\
+SOURCE is a log, a recording or its folder while it is written, - for WITS on standard input, wits://HOST:PORT or
+serial:///dev/ttyS0. WITS needs --rig and --wits-units.
+
+Examples:
+
+\b
+  slider-drilling watch run.mcap
+  slider-drilling watch recordings/today --json
+  nc rig 5000 | slider-drilling watch - --rig rig.yaml --wits-units field
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("source", type=str)
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
+@click.option("--diagnose/--no-diagnose", default=True, show_default=True,
+              help="Ask after a detection what is different, in a process of its own.")  # fmt: skip
+@click.option("--follow", is_flag=True, help="Wait for more of a recording that no program of this machine writes.")
+@click.option("--wits-units", type=click.Choice(["field", "metric"]), help="Units of WITS, which does not tell them.")
+@click.option("--save-rig", type=click.Path(path_type=Path), help="Write the calibrated rig file here at the end.")
+@namespace_option
+@topics_option
+@json_option
+@units_option
+def command(
+    source: str,
+    rig_path: Path | None,
+    diagnose: bool,
+    follow: bool,
+    wits_units: str | None,
+    save_rig: Path | None,
+    namespace: str | None,
+    topics_path: Path | None,
+    as_json: bool,
+    units: Units,
+) -> None:
+    """Simulate alongside SOURCE: the gap live, what changed, since when, and why.
+
+    With --json a line a second: t, gap over 60 s and its threshold by channel, detections; times in s from the start.
+    """
+    from slider_drilling.commands.watch_output import JsonLines, TableLines
+    from slider_drilling.commands.watch_sources import open_feed
+    from slider_drilling.files.output_files import check_outputs, write_atomically
+    from slider_drilling.rig import dump_rig
+    from slider_drilling.twin import Twin, diagnose_after
+    from slider_drilling.twin.watch import watch
+
+    if save_rig is not None:
+        check_outputs((save_rig,), (Path(source), rig_path, topics_path))
+    with open_feed(source, rig_path, namespace, topics_path, follow, wits_units or "") as (feed, rig, replayed):
+        twin = Twin(rig, ask=diagnose_after if diagnose else None)
+        lines = JsonLines() if as_json else TableLines(twin, units)
+        try:
+            watch(twin, feed, lines.show, replayed=replayed)
+        finally:
+            twin.close()
+            lines.end()
+    if save_rig is not None:
+        write_atomically(save_rig, dump_rig(twin.calibrated_rig()).encode())

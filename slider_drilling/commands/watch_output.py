@@ -1,0 +1,113 @@
+"""What `slider-drilling watch` prints: JSON, a line a second, or a table that grows."""
+
+from __future__ import annotations
+
+import json
+import math
+
+from slider_drilling.console.results import results_stream
+from slider_drilling.console.streams import stdout
+from slider_drilling.process.shutdown import defer_signals
+from slider_drilling.twin import Detection, Twin, TwinReport
+from slider_drilling.units import Units
+
+_EVERY_S = 30.0
+_COLUMNS = ("time s", "state", "torque", "hook", "pressure", "toolface", "friction", "motor", "pressure x", "stiffness")
+_WIDTHS = (7, 10, 8, 8, 9, 9, 14, 14, 14, 14)
+
+
+class JsonLines:
+    """One JSON object a line; an interrupt leaves whole lines."""
+
+    def show(self, report: TwinReport) -> None:
+        """Print a report."""
+        line = json.dumps(report.as_json(), allow_nan=False)
+        with defer_signals():
+            print(line, file=results_stream(), flush=True)
+
+    def end(self) -> None:
+        """Nothing is left to print."""
+
+
+class TableLines:
+    """A row every half minute, and a line for what was detected or answered.
+
+    Args:
+        twin: The twin, for why a diagnosis failed.
+        units: Display units.
+    """
+
+    def __init__(self, twin: Twin, units: Units) -> None:
+        self._twin, self._units = twin, units
+        self._next = -math.inf
+        self._detections: dict[int, Detection] = {}
+        self._failure = ""
+        self._last: TwinReport | None = None
+
+    def show(self, report: TwinReport) -> None:
+        """Print what is due."""
+        with defer_signals():
+            if self._last is None:
+                self._line("gap over 60 s in noise levels (> over its threshold), trends over the rig file's values")
+                self._line("".join(name.rjust(width) for name, width in zip(_COLUMNS, _WIDTHS, strict=True)))
+            if report.time >= self._next:
+                self._line(self._row(report))
+                self._next = report.time + _EVERY_S
+            for detection in report.detections:
+                self._show_detection(detection)
+            if self._twin.failure != self._failure:
+                self._failure = self._twin.failure
+                if self._failure:
+                    self._line(f"the diagnosis gave no answer: {self._failure}")
+        self._last = report
+
+    def end(self) -> None:
+        """Print a summary."""
+        if self._last is None:
+            return
+        found = len(self._last.detections)
+        offset = self._last.trends.get("hook_load_offset")
+        self._line(f"watched {self._last.time:.0f} s: {found} change{'' if found == 1 else 's'} detected")
+        if offset is not None:
+            value, low, high = (
+                self._units.convert(each / 1e3, "kN") for each in (offset.value, offset.low, offset.high)
+            )
+            self._line(f"hook load reads {value:.1f} {self._units.display_unit('kN')} too much "
+                       f"({low:.1f} to {high:.1f})")  # fmt: skip
+
+    def _row(self, report: TwinReport) -> str:
+        gaps = []
+        for name in ("surface_torque", "hook_load", "standpipe_pressure", "tool_face"):
+            channel = report.channels.get(name)
+            if channel is None or not math.isfinite(channel.gap_60):
+                gaps.append("-")
+            else:
+                gaps.append(f"{'>' if channel.gap_60 > channel.threshold else ''}{channel.gap_60:.2f}")
+        trends = []
+        for name in ("friction", "motor_gain", "circulating_pressure", "string_stiffness"):
+            trend = report.trends.get(name)
+            trends.append("-" if trend is None else f"{trend.value:.3f}±{0.5 * (trend.high - trend.low):.3f}")
+        cells = (f"{report.time:.0f}", report.state, *gaps, *trends)
+        row = "".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
+        return f"{row}  {report.note}" if report.note and report.state != "watching" else row
+
+    def _show_detection(self, detection: Detection) -> None:
+        before = self._detections.get(detection.number)
+        if before == detection:
+            return
+        self._detections[detection.number] = detection
+        low, high = detection.interval
+        if before is None or (before.kind, before.channel) != (detection.kind, detection.channel):
+            self._line(f"CHANGE {detection.number} detected at {detection.detected:.0f} s: {detection.what} "
+                       f"({low:.0f} to {high:.0f} s), {detection.size:.1f} noise levels; {detection.kind}, site "
+                       f"{detection.site}")  # fmt: skip
+        if detection.answered is not None and (before is None or before.answered != detection.answered):
+            named = ", ".join(detection.effects) or "no effect named"
+            suspected = f"; suspected: {', '.join(detection.suspected)}" if detection.suspected else ""
+            self._line(f"ANSWER {detection.number} at {detection.answered:.0f} s: {named} ({detection.verdict}, site "
+                       f"{detection.site}){suspected}")  # fmt: skip
+        if detection.ended is not None and (before is None or before.ended is None):
+            self._line(f"CHANGE {detection.number} is over since {detection.ended:.0f} s")
+
+    def _line(self, text: str) -> None:
+        stdout().print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,80 @@
+"""What `slider-drilling watch` reads from."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import read_log
+from slider_drilling.log.follow_recording import RecordingFollower
+from slider_drilling.log.topic_map import NO_TOPICS, read_topic_map
+from slider_drilling.rig import Rig, load_rig
+from slider_drilling.table_import.live_wits import is_live, open_stream
+from slider_drilling.twin.feed import Feed, LogFeed, RecordingFeed, Samples, recording_grows
+from slider_drilling.twin.wits_feed import WitsFeed
+
+_WAIT_FOR_RIG_S = 30.0
+
+
+@contextmanager
+def open_feed(
+    source: str, rig_path: Path | None, namespace: str | None, topics_path: Path | None, follow: bool, wits_units: str
+) -> Iterator[tuple[Feed, Rig, bool]]:
+    """The samples of a source, its rig, and whether they are of the past.
+
+    Raises:
+        InputError: The source cannot be read, or there is no rig file.
+    """
+    if is_live(source):
+        if rig_path is None:
+            raise InputError(f"{source}: WITS holds no rig file; give --rig")
+        rig = load_rig(rig_path)
+        with open_stream(source) as receive:
+            yield WitsFeed(receive, "standard input" if source == "-" else source, wits_units, rig), rig, False
+        return
+    if wits_units:
+        raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
+    path = Path(source)
+    if follow or recording_grows(path):
+        topics = NO_TOPICS if topics_path is None else read_topic_map(topics_path)
+        feed = RecordingFeed(RecordingFollower(path, namespace, topics), follow)
+        first: list[Samples] = []
+        rig = load_rig(rig_path) if rig_path is not None else _rig_of(feed, source, first)
+        yield _WithFirst(feed, first), rig, False
+        return
+    log = read_log(path, rig_path, namespace, topics_path)
+    yield LogFeed(log), log.rig(), True
+
+
+class _WithFirst:
+    """A feed whose first samples were read already."""
+
+    def __init__(self, feed: Feed, first: list[Samples]) -> None:
+        self._feed, self._first = feed, first
+        self.ended = False
+
+    def poll(self) -> list[Samples]:
+        if self._first:
+            first, self._first = self._first, []
+            return first
+        found = self._feed.poll()
+        self.ended = self._feed.ended
+        return found
+
+
+def _rig_of(feed: RecordingFeed, source: str, first: list[Samples]) -> Rig:
+    """The rig file in a recording, which is near its begin; what is read on the way goes into `first`."""
+    until = time.monotonic() + _WAIT_FOR_RIG_S
+    while time.monotonic() < until and not feed.ended:
+        first += feed.poll()
+        rig = feed.rig()
+        if rig is not None:
+            return rig
+        if not first:
+            time.sleep(0.1)
+        elif feed.ended or len(first) > 3:
+            break
+    raise InputError(f"{source}: shows no rig.yaml attachment so far; give the rig file with --rig")
