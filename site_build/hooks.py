@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from site_build.cli_reference import cli_page
 from site_build.pictures import pictures
+from site_build.programme_reference import programme_page
 from site_build.rig_reference import rig_page
 from site_build.topics_reference import topics_page
 
@@ -25,6 +26,7 @@ _CODE = re.compile(r"(```.*?```|`[^`\n]*`)", re.DOTALL)
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     """Add what is made of the code."""
     files.append(File.generated(config, "reference/rig.md", content=rig_page()))
+    files.append(File.generated(config, "reference/programme.md", content=programme_page()))
     files.append(File.generated(config, "reference/cli.md", content=cli_page()))
     files.append(File.generated(config, "reference/topics.md", content=topics_page()))
     for name, content in pictures().items():

@@ -32,6 +32,8 @@ from slider_drilling.drillstring import InitialState as InitialState
 from slider_drilling.errors import InputError as InputError
 from slider_drilling.log import RigLog as RigLog
 from slider_drilling.log import read_log as read_log
+from slider_drilling.programmes import Programme as Programme
+from slider_drilling.programmes import load_programme as load_programme
 from slider_drilling.rig import Rig as Rig
 from slider_drilling.rocking_design.plan import PlanOptions as PlanOptions
 

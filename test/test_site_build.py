@@ -8,6 +8,8 @@ import pytest
 
 from slider_drilling.cli import COMMANDS
 from slider_drilling.messages.topics import TOPICS
+from slider_drilling.programmes.programme import programme_numbers
+from slider_drilling.programmes.steps import ACTIONS
 from slider_drilling.rig.ranges_table import ranges_table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -29,6 +31,15 @@ def test_rig_reference_has_every_key() -> None:
         assert f"| `{row[0]}` | {row[1]} |" in page
     headings = re.findall(r"^## `(\w+)`$", page, re.MULTILINE)
     assert headings[0] == "well" and headings[-1] == "effects" and len(headings) == len(set(headings)) >= 11
+
+
+def test_programme_reference_has_every_step_and_number() -> None:
+    from site_build.programme_reference import programme_page
+
+    page = programme_page()
+    assert re.findall(r"^## `(\w+)`$", page, re.MULTILINE) == list(ACTIONS)
+    for row in programme_numbers():
+        assert f"| `{row.key}` | {row.range.unit} |" in page
 
 
 def test_topics_page_has_every_topic() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -21,6 +22,11 @@ from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import TOPICS, RigLog, save_log
+from slider_drilling.programmes import Programme, dump_programme
+from slider_drilling.programmes.controller import ProgrammeController
+from slider_drilling.programmes.find_programme import FoundProgramme, find_programme
+from slider_drilling.programmes.progress import ProgrammeProgress
+from slider_drilling.programmes.rig_check import check_start_depth
 from slider_drilling.rig import Rig
 from slider_drilling.schema.quantity_text import read_quantity
 from slider_drilling.units import SI, Units
@@ -29,6 +35,9 @@ if TYPE_CHECKING:
     import plotly
 
     from slider_drilling.log.run_summary import RunSummary
+
+ProgrammeSource = Programme | str | os.PathLike[str]
+"""A programme, the path of its file or of a slide sheet, or ``"commissioning"`` or ``"stand"``."""
 
 Drive = Commands | Controller | Callable[[Rig], Controller] | str
 """What may drive a run: commands, a controller, its class, a function of the rig, or ``"module:Class"``."""
@@ -50,6 +59,7 @@ class Run(TableExport):
         response: What the rig did, without noise.
         log: What a recorder would hold: sensor readings, and the rig file that the controller was given.
         driven_by: Name of the controller, or "commands".
+        progress: How far a programme came; None where none was run.
     """
 
     rig: Rig
@@ -57,6 +67,7 @@ class Run(TableExport):
     response: Response
     log: RigLog
     driven_by: str
+    progress: ProgrammeProgress | None = None
 
     def __repr__(self) -> str:
         torque = self.response.surface_torque / 1e3
@@ -117,9 +128,10 @@ class Run(TableExport):
 
 def simulate(
     rig: Rig,
-    drive: Drive,
+    drive: Drive | None = None,
     duration: float | None = None,
     *,
+    programme: ProgrammeSource | None = None,
     target: float | str = 0.0,
     seed: int = 0,
     elements: int = ELEMENTS,
@@ -132,7 +144,9 @@ def simulate(
         rig: The rig to simulate.
         drive: `Commands`, or a controller: an object with ``step``, its class, a function of the rig, or
             ``"module:Class"``. A controller is limited by the drives and sees what the sensors read.
-        duration: Simulated time, s. Required with a controller; commands have their own.
+        duration: Simulated time, s. Required with a controller; commands have their own, and a programme its end.
+        programme: What to run in place of a drive: a `Programme`, the path of its file or of a slide sheet, or the name
+            of a built-in one, ``"commissioning"`` or ``"stand"``.
         target: Toolface that a controller holds, rad, or a text with its unit such as ``"45 deg"``.
         seed: Seed of the sensor noise.
         elements: Elements of the string.
@@ -145,6 +159,12 @@ def simulate(
     known = rig if nominal is None else nominal
     if isinstance(target, str):
         target = read_quantity(target, "rad", "simulate: target")
+    if (drive is None) == (programme is None):
+        raise InputError("simulate: give a drive (commands or a controller) or a programme, one of them")
+    if programme is not None:
+        if target != 0.0:
+            raise InputError("simulate: target: a programme gives the toolface of each slide; leave it out")
+        return _run_programme(rig, known, programme, duration, seed, elements, start)
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")
@@ -156,6 +176,7 @@ def simulate(
     if duration is None:
         raise InputError("simulate: duration is missing: a controller needs one, in s")
     check_run(rig, duration, target, seed, elements, start, "simulate")
+    assert drive is not None
     controller = build_controller(drive, known)
     return _slide(rig, known, controller, duration, target, seed, elements, start)
 
@@ -180,31 +201,55 @@ def build_controller(drive: Controller | Callable[[Rig], Controller] | str, rig:
     return drive
 
 
+def _run_programme(
+    rig: Rig, known: Rig, source: ProgrammeSource, duration: float | None, seed: int, elements: int,
+    start: InitialState,
+) -> Run:  # fmt: skip
+    """Step a programme's controller until it has ended, or for a duration, s."""
+    found = FoundProgramme(source, None) if isinstance(source, Programme) else find_programme(source)
+    name = "programme" if isinstance(source, Programme) else str(source)
+    check_start_depth(found.start, known, name)
+    controller = ProgrammeController(known, found.programme, name)
+    longest = controller.longest_time if duration is None else duration
+    check_run(rig, longest, 0.0, seed, elements, start, "simulate")
+    run = _slide(rig, known, controller, longest, None, seed, elements, start, lambda: controller.ended)
+    log = dataclasses.replace(run.log, programme_text=dump_programme(found.programme))
+    return dataclasses.replace(run, log=log, progress=controller.progress())
+
+
 def _slide(
     rig: Rig,
     known: Rig,
     controller: Controller,
     duration: float,
-    target: float,
+    target: float | None,
     seed: int,
     elements: int,
     start: InitialState,
+    ended: Callable[[], bool] = lambda: False,
 ) -> Run:
-    """Step the controller; ``known`` is the rig file that the log gets."""
+    """Step the controller; ``known`` is the rig file that the log gets; a target of None is the controller's own."""
     virtual = VirtualRig(rig, seed, elements, start)
-    set_tool_face_target(controller, target)
+    if target is not None:
+        set_tool_face_target(controller, target)
+    targets: list[tuple[float, float]] = [] if target is None else [(0.0, target)]
     measurements, truths = [virtual.measurements], [virtual.truth]
     samples: list[MwdSample] = []
     for _ in range(round(duration / virtual.interval)):
         measurements.append(virtual.step(checked_step(controller, measurements[-1])))
         truths.append(virtual.truth)
         samples += measurements[-1].mwd
+        held = getattr(controller, "held_tool_face", None)
+        if held is not None and (not targets or targets[-1][1] != held):
+            targets.append((measurements[-1].time, held))
+        if ended():
+            break
     commands = Commands(*(_column(measurements, field.name) for field in fields(Commands)))
     response = Response(*(_column(truths, field.name) for field in fields(Response)))
     surface = {name: _column(measurements, name) for name in SURFACE_SENSORS}
     name = type(controller).__name__
     readings = SensorReadings(surface, tuple(samples))
-    log = build_log(known, commands, response, readings, ((0.0, target),), f"simulation by {name}")
+    log = build_log(known, commands, response, readings, targets, f"simulation by {name}")
     return Run(rig, commands, response, log, name)
 
 

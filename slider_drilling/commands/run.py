@@ -27,6 +27,7 @@ Examples:
   slider-drilling run --controller my_control:Mine --record out
   slider-drilling run --effect stribeck --set mud.density=1300 --record out
   slider-drilling run --live
+  slider-drilling run --programme commissioning --record out
 """
 
 
@@ -55,6 +56,8 @@ class Speed(click.ParamType):
 @click.option("--record", type=click.Path(path_type=Path), help="Folder for the log, its page and its picture.")
 @click.option("--target", type=float, help="Toolface to hold, deg. [default: 0]")
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
+@click.option("--programme", metavar="FILE",
+              help="Run a programme, or a slide sheet, in place of a controller; commissioning and stand are built in.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=complete_effect,
@@ -71,15 +74,18 @@ class Speed(click.ParamType):
 @units_option
 def command(
     rig: Path | None, duration: float | None, speed: float | None, record: Path | None, target: float | None,
-    controller: str | None, seed: int, elements: int, effects: tuple[str, ...], sets: tuple[str, ...], live: bool,
-    live_host: str, live_port: int, live_token_file: str, as_json: bool, units: Units,
+    controller: str | None, programme: str | None, seed: int, elements: int, effects: tuple[str, ...],
+    sets: tuple[str, ...], live: bool, live_host: str, live_port: int, live_token_file: str, as_json: bool,
+    units: Units,
 ) -> int:  # fmt: skip
     """Simulate a slide: friction simulator, rocking controller and recorder over ROS 2 topics.
 
     Prints a summary at the end. Topics can be watched from another terminal of this machine.
     """
+    if programme is not None and not (controller is None and target is None):
+        raise InputError("--programme: cannot be used with --controller or --target; it gives both")
     if duration is None:
-        duration = 0.0 if live else 300.0
+        duration = 0.0 if live or programme is not None else 300.0
     elif not 0.0 < duration <= 1e7:
         raise InputError(f"--duration = {duration}: must be above 0 and at most 1e7 s")
     _check(target, seed, elements)
@@ -89,6 +95,7 @@ def command(
     _take_free_domain()
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.commands.overrides import apply_changes
+    from slider_drilling.commands.programme_file import prepare_programme
     from slider_drilling.control.tool_face_target import target_in_rad
     from slider_drilling.live.server import Address
     from slider_drilling.nodes.session import SessionOptions
@@ -96,6 +103,9 @@ def command(
 
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
         changed = apply_changes(rig, sets, effects, controller, Path(scratch))
+        run_file = None
+        if programme is not None:
+            run_file = prepare_programme(programme, load_rig(changed.rig or None), Path(scratch))
         if duration > 0.0:
             check_duration(load_rig(changed.rig or None), duration, changed.rig or "the example well")
         plan = SessionOptions(
@@ -103,12 +113,15 @@ def command(
             speed=(1.0 if live else 0.0) if speed is None else speed,
             record=Path(scratch) if record is None else record,
             target=None if target is None else target_in_rad(target, "--target"),
-            controller=controller, seed=seed, elements=elements, settings=changed.settings, notes=changed.notes,
+            controller=controller, programme="" if run_file is None else str(run_file.path), seed=seed,
+            elements=elements, settings=changed.settings, notes=changed.notes,
             live=Address(live_host, live_port, live_token_file).checked() if live else None, units=units.name,
         )
-        outcome = _run(plan)
+        outcome = _run(plan, 0.0 if run_file is None else run_file.nominal_time)
         _report(outcome, record is not None, as_json, units)
-    return 128 + outcome.signal if outcome.signal else 0
+    if outcome.signal:
+        return 128 + outcome.signal
+    return 1 if outcome.programme is not None and outcome.programme.reason else 0
 
 
 def _take_free_domain() -> None:
@@ -142,8 +155,8 @@ def _check(target: float | None, seed: int, elements: int) -> None:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
 
 
-def _run(plan: SessionOptions) -> SessionResult:
-    """Run with a progress bar in simulated seconds."""
+def _run(plan: SessionOptions, nominal_time: float) -> SessionResult:
+    """Run with a progress bar in simulated seconds; nominal_time: of the programme, s."""
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
 
     from slider_drilling.console.streams import progress_bar, stderr
@@ -158,7 +171,7 @@ def _run(plan: SessionOptions) -> SessionResult:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(),
                TextColumn("{task.completed:.0f} of {task.total:.0f} s"), TimeRemainingColumn())
     with progress_bar(*columns) as progress:
-        task = progress.add_task("compiling the plant, the first time only", total=plan.duration)
+        task = progress.add_task("compiling the plant, the first time only", total=plan.duration or nominal_time)
         return run_session(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
@@ -175,8 +188,10 @@ def _report(outcome: SessionResult, keep: bool, as_json: bool, units: Units) -> 
     log = read_log(outcome.log)
     summary = summarise_run(log)
     more: tuple[tuple[str, str], ...] = ()
+    if outcome.programme is not None:
+        more = (("programme", str(outcome.programme)),)
     if outcome.wall > 0.0:
-        more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
+        more += (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
     for note in log.notes:
         stderr().print(f"{outcome.log.name}: {note}")
     page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
@@ -189,6 +204,8 @@ def _report(outcome: SessionResult, keep: bool, as_json: bool, units: Units) -> 
         return log_file, page, picture
 
     log_file, interrupted = outcome.log, outcome.signal > 0
-    figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
+    figures: dict[str, object] = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
+    if outcome.programme is not None:
+        figures["programme"] = {**asdict(outcome.programme), "state": outcome.programme.state.value}
     write_and_print({**figures, "summary": asdict(summary)} if as_json else None,
             lambda: stdout().print(run_summary_table(summary, more, units)), write)  # fmt: skip

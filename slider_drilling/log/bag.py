@@ -55,6 +55,7 @@ class BagSettings:
         notes: Free text for the metadata.
         split_bytes: Size at which a new file starts; 0 for never.
         split_s: Duration after which a new file starts, s; 0 for never.
+        programme_text: The programme to attach.
     """
 
     rig_text: str | None = None
@@ -62,6 +63,7 @@ class BagSettings:
     notes: str = ""
     split_bytes: int = 0
     split_s: float = 0.0
+    programme_text: str | None = None
 
 
 @dataclass
@@ -178,6 +180,8 @@ class BagWriter:
         name = f"{self._stem}_{number}.mcap" if number else f"{self._stem}.mcap"
         settings = self._settings
         writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
+        if settings.programme_text is not None:
+            writer.attach_programme(settings.programme_text)
         self._files.append(BagFile(name))
         self._declared.clear()
         self._file_start_ns = None

@@ -21,6 +21,7 @@ from slider_drilling.log.timestamps import MAX_CLOCK_OFFSET, SECOND, StampedSamp
 from slider_drilling.log.topic_map import NO_TOPICS, TopicMap, read_topic_map
 from slider_drilling.log.topic_samples import SampleCollector, TopicSamples
 from slider_drilling.log.value_limits import mask_impossible_values
+from slider_drilling.log.write import PROGRAMME
 from slider_drilling.messages.decoder import Array, Integers
 from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 
@@ -79,9 +80,11 @@ def _read(
         raise InputError(_nothing_found(source, readers, notes, namespace))
     _drop_foreign_stamps(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, readers, notes)
+    programme, _ = _attached_text(PROGRAMME, source, readers, notes)
     log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
     record = _metadata(readers, RECORD)
-    return mask_impossible_values(replace(log, imported=ImportRecord.from_metadata(record) if record else None))
+    imported = ImportRecord.from_metadata(record) if record else None
+    return mask_impossible_values(replace(log, programme_text=programme, imported=imported))
 
 
 def _one_publisher(samples: TopicSamples, source: str, notes: list[str]) -> StampedSamples | None:
@@ -190,9 +193,16 @@ def _rig(
     """Text and origin of the rig file: of the given one, else of the first such attachment."""
     if rig_path is not None:
         return read_text(rig_path, "rig file"), str(rig_path)
+    return _attached_text("rig.yaml", source, readers, notes)
+
+
+def _attached_text(
+    name: str, source: str, readers: list[LogReader], notes: list[str]
+) -> tuple[str | None, str | None]:
+    """Text and origin of the first attachment of this name that is text."""
     for reader in readers:
         for attachment in reader.attachments:
-            if Path(attachment.name).name == "rig.yaml":
+            if Path(attachment.name).name == name:
                 try:
                     return attachment.data.decode("utf-8"), f"{reader.path}: {attachment.name}"
                 except UnicodeDecodeError:

@@ -81,7 +81,7 @@ class RunSummary:
 
     Attributes:
         duration: s.
-        tool_face: How the toolface was held.
+        tool_face: How the toolface was held; None for a programme, which holds one in its slides only.
         torque_peak: Largest magnitude of the surface torque, N m.
         torque_range: Lowest and highest surface torque, N m.
         rocking_range: Lowest and highest angle of the top drive, rad.
@@ -122,7 +122,7 @@ def summarise_run(log: LogContents) -> RunSummary:
     block = None if log.draw_works is None else _finite(log.draw_works.position)
     return RunSummary(
         duration=max(ends),
-        tool_face=tool_face_hold(log),
+        tool_face=None if log.programme_text is not None else tool_face_hold(log),
         torque_peak=None if torque is None else float(np.abs(torque).max()),
         torque_range=None if torque is None else (float(torque.min()), float(torque.max())),
         rocking_range=None if angle is None else (float(angle.min()), float(angle.max())),

@@ -21,7 +21,7 @@ def save_log(
     notes: str = "",
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Write a log with its rig file, messages in the order in which they arrived.
+    """Write a log with its rig file and programme, messages in the order in which they arrived.
 
     Args:
         log: What to write.
@@ -43,6 +43,8 @@ def save_log(
         for key, series in log.series().items()
     ]
     with LogWriter(path, log.rig_text, recorded_by, notes, whole=True) as writer:
+        if log.programme_text is not None:
+            writer.attach_programme(log.programme_text)
         if log.imported is not None:
             writer.add_metadata(RECORD, log.imported.to_metadata())
         writer.samples(parts, progress)

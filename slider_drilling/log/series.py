@@ -84,6 +84,7 @@ class LogContents:
             of the top drive, or of the first channel there is. Samples measured before that have negative times.
         rig_text: The rig file's text.
         rig_source: Where that comes from.
+        programme_text: The programme that was run, as its file's text; None where none was.
         metadata: The record `slider_drilling` of the log.
         notes: What a reader should know of the log's state, one sentence each: damage, repeated stamps, topics left
             out.
@@ -94,6 +95,7 @@ class LogContents:
     start_ns: int
     rig_text: str | None = None
     rig_source: str | None = None
+    programme_text: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     imported: ImportRecord | None = None

@@ -59,6 +59,10 @@ def nanoseconds(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
+PROGRAMME = "programme.yaml"
+"""Name of the attachment that holds the programme of a run."""
+
+
 class LogWriter:
     """Writes one log. What has been recorded is kept, whatever ends the recording.
 
@@ -134,6 +138,10 @@ class LogWriter:
         """Attach the rig file, where it was not known when the log was opened."""
         with self._ending_on_failure():
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
+
+    def attach_programme(self, text: str) -> None:
+        """Attach the programme that is run, as YAML."""
+        self.add_attachment(PROGRAMME, "application/yaml", text.encode("utf-8"))
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Attach a file of any kind."""

@@ -9,6 +9,7 @@ from typing import cast
 from rclpy.clock import ROSClock
 
 from slider_drilling.errors import InputError
+from slider_drilling.files.output_files import read_text
 from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
@@ -59,6 +60,7 @@ class Recorder(ManagedNode):
         NodeParameter("directory", ".", "folder of the bag, made if it is missing; if it is a bag, the log goes in it"),
         NodeParameter("file", "", "name of the log; empty: slide_ and the time"),
         NodeParameter("rig", "", "path of the rig file to attach; empty: what arrives on rig_description"),
+        NodeParameter("programme", "", "path of the programme to attach; empty: none"),
         NodeParameter("notes", "", "free text for the log's metadata"),
         NodeParameter("topics", [""], "further topics to record beside the rig's own"),
         NodeParameter("regex", "", "also record every topic whose full name matches this regular expression"),
@@ -79,9 +81,11 @@ class Recorder(ManagedNode):
         values = self.values
         topic_filter = TopicFilter(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = read_rig(values["rig"])[1] if values["rig"] else None
+        programme = read_text(values["programme"], "programme") if values["programme"] else None
         settings = BagSettings(
-            rig_text, "slider_drilling recorder", values["notes"], values["split_size"], values["split_duration"]
-        )
+            rig_text, "slider_drilling recorder", values["notes"], values["split_size"], values["split_duration"],
+            programme,
+        )  # fmt: skip
         self._has_rig = rig_text is not None
         self._is_paused = values["paused"]  # by the services
         self._paused_from_ns: int | None = None

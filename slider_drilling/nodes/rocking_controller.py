@@ -33,6 +33,7 @@ from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.parameters import NodeParameter, declare
+from slider_drilling.nodes.programme_run import ProgrammeRun
 from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
 from slider_drilling.nodes.safe_stop import safe_stop
 from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
@@ -40,6 +41,7 @@ from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.target_topic import TargetTopic
 from slider_drilling.nodes.watchdog import Watchdog
+from slider_drilling.programmes.progress import ProgrammeProgress
 
 DRIVES = ("mud_pump", "draw_works", "top_drive")  # channels; the top drive's reading completes a sample
 COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
@@ -62,6 +64,8 @@ class RockingController(ManagedNode):
     PARAMETERS = (
         RIG_PARAMETER,
         NodeParameter("controller", DEFAULT_CONTROLLER, "the controller, as module:Class"),
+        NodeParameter("programme", "", "path of a programme to run in place of a controller; empty: none"),
+        NodeParameter("end_with_programme", False, "end the node when its programme has ended"),
         NodeParameter("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
                       -math.pi, math.pi, live=True),
         NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
@@ -79,6 +83,7 @@ class RockingController(ManagedNode):
         values = self.values
         self._rig, _ = read_rig(values["rig"])
         self._target = values["tool_face_target"]
+        self._programme = ProgrammeRun(values["programme"], values["end_with_programme"])
         self._build_controller()
         self._declare_settings()
         self._inbox = SampleInbox(values["stale_after"])
@@ -100,7 +105,9 @@ class RockingController(ManagedNode):
         reset_service(self, self._reset)
         trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
         trigger_service(self, "stop_rocking", lambda: self._set_rocking(0.0))
-        self.get_logger().info(f"rocking with {values['controller']}")
+        trigger_service(self, "abort", lambda: self._programme.abort("asked for by the service abort"))
+        running = self._programme.path or values["controller"]
+        self.get_logger().info(f"{'running' if self._programme.path else 'rocking with'} {running}")
 
     def activate(self) -> None:
         """Listen from now on: what came before, and that nothing was heard, does not count."""
@@ -111,7 +118,9 @@ class RockingController(ManagedNode):
         self._last_report = time.monotonic()
 
     def deactivate(self) -> None:
-        """Stop block and top drive."""
+        """Stop block and top drive. A programme is aborted: the rig may be elsewhere when the node is active again."""
+        if self._programme.path:
+            self._programme.abort("the node was deactivated")
         self.stop_rig()
 
     def end(self) -> None:
@@ -136,6 +145,8 @@ class RockingController(ManagedNode):
 
     def apply_changes(self, changes: dict[str, Any]) -> None:
         """Use new settings of the controller, a new target or another age of lost channels."""
+        if "tool_face_target" in changes and self._programme.path:
+            raise InputError(f"tool_face_target: {self._programme.path} gives the toolface of each slide")
         settings = settings_of(self._controller)
         own = {name: value for name, value in changes.items() if hasattr(settings, name)}
         if own:
@@ -145,7 +156,12 @@ class RockingController(ManagedNode):
             set_tool_face_target(self._controller, changes["tool_face_target"])
             self._target = changes["tool_face_target"]
             if self._stamp_ns is not None:
-                self._target_topic.publish(self._stamp_ns, self._target)
+                self._publish_target(self._stamp_ns)
+
+    @property
+    def programme_progress(self) -> ProgrammeProgress | None:
+        """How far the programme is; None where the node runs another controller."""
+        return self._programme.progress
 
     @property
     def settings(self) -> Any:
@@ -158,7 +174,16 @@ class RockingController(ManagedNode):
             topics = (DRIVES_COMMAND,) if self.values["atomic_command"] else COMMANDS
             self._command_publishers = [raw_topics.publisher(self, topic) for topic in topics]
 
+    def _publish_target(self, stamp_ns: int) -> None:
+        """Publish the toolface that is held; a programme holds none between its slides."""
+        target = self._programme.held_tool_face(self._target)
+        if target is not None:
+            self._target_topic.publish(stamp_ns, target)
+
     def _build_controller(self) -> None:
+        if self._programme.path:
+            self._controller = self._programme.load(self._rig)
+            return
         self._controller = load_controller(self.values["controller"], self._rig)
         set_tool_face_target(self._controller, self._target)
 
@@ -175,7 +200,7 @@ class RockingController(ManagedNode):
         self._build_controller()
         if settings is not None:
             configure(self._controller, settings)
-        return f"{self.values['controller']} starts anew"
+        return f"{self._programme.path or self.values['controller']} starts anew"
 
     def _set_rocking(self, share: float) -> str:
         if "rocking" not in self._settings:
@@ -253,11 +278,14 @@ class RockingController(ManagedNode):
             self._step(measurements)
 
     def _reset_if_clock_went_back(self, stamp_ns: int) -> None:
-        """If the rig's clock was set back, this is another run: the controller's estimates do not hold for it."""
+        """If the rig's clock was set back, this is another run: the controller's estimates do not hold for it.
+
+        A programme does not begin again by itself.
+        """
         if self._sample_ns is not None and (self._sample_ns - stamp_ns) / 1e9 > SET_BACK:
-            self.get_logger().warning(
-                f"the rig's clock went back from {self._sample_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}"
-            )
+            back = f"the rig's clock went back from {self._sample_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s"
+            outcome = self._programme.abort(back) if self._programme.path else self._reset()
+            self.get_logger().warning(f"{back}: {outcome}")
             self._stamp_ns = None
 
     def _check_clock(self, stamp_ns: int, now_ns: int) -> None:
@@ -286,8 +314,10 @@ class RockingController(ManagedNode):
         self._command = command
         if self._diagnostics.is_due(stamp_ns):
             self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
-            self._target_topic.publish(stamp_ns, self._target)
+            self._publish_target(stamp_ns)
         self._publish_command(stamp_ns, command)
+        if self._programme.ends_node(measurements.time):
+            self.shutdown_request.stop()
 
     def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
         self.make_command_publishers()

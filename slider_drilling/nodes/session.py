@@ -23,6 +23,7 @@ from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, spin
 from slider_drilling.process.shutdown import TerminationSignal
+from slider_drilling.programmes.progress import ProgrammeProgress
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class SessionOptions:
         controller: As `module:Class`; None: the default controller.
         seed: Of the sensor noise.
         elements: Of the drill string.
+        programme: Path of the programme to run in place of a controller; empty: none. The run ends with it.
         settings: Of the controller.
         notes: For the log's metadata.
         live: Where to serve the live page; None: nowhere.
@@ -54,6 +56,7 @@ class SessionOptions:
     controller: str | None = None
     seed: int = 0
     elements: int = 200
+    programme: str = ""
     settings: Mapping[str, float] = field(default_factory=dict)
     notes: str = ""
     live: Address | None = None
@@ -70,6 +73,7 @@ class SessionResult:
         wall: Wall time, s.
         messages: In the log.
         signal: Number of the signal that ended the run, or 0.
+        programme: How far the programme came; None where none ran.
     """
 
     log: Path | None
@@ -77,6 +81,7 @@ class SessionResult:
     wall: float
     messages: int
     signal: int
+    programme: ProgrammeProgress | None = None
 
 
 def run_session(
@@ -125,7 +130,8 @@ def _run(
     if options.record is not None:
         shutdown_request.take_signals()  # its constructor opens a file, which must be closed
         rig = _attached_rig(options)
-        recorder = make(Recorder, directory=str(options.record), rig=rig, notes=options.notes, use_sim_time=True)
+        recorder = make(Recorder, directory=str(options.record), rig=rig, programme=options.programme,
+                        notes=options.notes, use_sim_time=True)  # fmt: skip
         ending.push(functools.partial(_finish, recorder))
         shutdown_request.raise_on_signals(TerminationSignal)
     dashboard = None if options.live is None else _make_dashboard(make, options.live, options.units, announce)
@@ -143,10 +149,11 @@ def _run(
     progress(simulator.simulated)
     if recorder is None:
         shutdown_request.raise_error()
-        return SessionResult(None, simulator.simulated, wall, 0, shutdown_request.signal)
+        return SessionResult(None, simulator.simulated, wall, 0, shutdown_request.signal, controller.programme_progress)
     drain(executor, lambda: recorder.messages)
     shutdown_request.raise_error()
-    return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, shutdown_request.signal)
+    signal, progress_made = shutdown_request.signal, controller.programme_progress
+    return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, signal, progress_made)
 
 
 def _make_simulator(make: Callable[..., Any], options: SessionOptions) -> Any:
@@ -169,6 +176,8 @@ def _make_controller(make: Callable[..., Any], options: SessionOptions) -> Any:
         use_sim_time=True,
         tool_face_target=options.target,
         controller=options.controller,
+        programme=options.programme or None,
+        end_with_programme=True if options.programme else None,
         **options.settings,
     )
 

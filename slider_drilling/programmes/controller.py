@@ -75,6 +75,12 @@ class ProgrammeController:
         return self._state.ended and still
 
     @property
+    def longest_time(self) -> float:
+        """Time within which the programme ends, s: twice the nominal one, and what orienting may take at most."""
+        orienting = sum(step.action.orient_time for step in self._programme.steps if isinstance(step.action, Slide))
+        return SETTLING + 2.0 * sum(self._times) + orienting + 60.0
+
+    @property
     def held_tool_face(self) -> float | None:
         """Toolface that the present step holds, rad; None where it holds none."""
         action = self._programme.steps[self._index].action if 0 <= self._index < len(self._times) else None
@@ -101,7 +107,8 @@ class ProgrammeController:
                 if fault is not None:
                     self._abort(fault)
             elif isinstance(self._execution, MotionExecution):
-                self._execution.advance(self._surface.monitor.step)
+                # Stopping goes on where the stamps stand still.
+                self._execution.advance(self._surface.monitor.step or self._surface.interval)
             if self._execution is not None:
                 self._command = self._execution.command()
         return self._command
@@ -166,6 +173,9 @@ class ProgrammeController:
         if pump < _TARE_FLOW_SHARE * self._reference_pump:
             return (f"the pump runs at {pump:.1f} rad/s; start it at {self._reference_pump:.1f} rad/s, the rig file's "
                     "reference flow, off bottom")  # fmt: skip
+        if swing := self._surface.unsteady_hook_load:
+            return (f"hook load changes by {swing / 1e3:.0f} kN while nothing moves, so weight cannot be tared: wait "
+                    "until it is steady")  # fmt: skip
         if error := self._surface.pressure.tare_error:
             return (f"standpipe pressure is {100.0 * error:+.0f} % beside the rig file's: is the bit loaded? start off "
                     "bottom, or correct hydraulics.reference_pressure")  # fmt: skip

@@ -16,6 +16,7 @@ _TORQUE_CLEAR = 300.0  # N m, besides: bias of a torque sensor
 _SIGMAS = 3.0
 _STOPPING_TIME = 2.5  # s of lowering until the block stands and its reading is no longer smoothed
 _MAX_BRAKING = 16.0  # rad/s2
+_UNKNOWN_LAG = 0.8  # s, of torque sensor and speed loop, which the first strokes do not show yet
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ class LimitGuard:
         fastest = max(*turning, sensor.speed, key=abs)
         side = -1.0 if fastest < 0.0 else 1.0
         speed = max(side * fastest, 0.0)
-        stroke = Stroke(side, speed, self.braking, sensor.impedance, 2.0 * self._interval + sensor.lag)
+        delay = 2.0 * self._interval + max(sensor.lag, _UNKNOWN_LAG)
+        stroke = Stroke(side, speed, self.braking, sensor.impedance, delay)
         peak = self._predictor.predict_peak(sensor.torque_from_below(state.pipe_torque), stroke, state.monitor.step)
         limit, name = (limits.right_torque, "right") if side > 0.0 else (limits.left_torque, "left")
         if speed > 0.0 and math.isfinite(peak) and peak >= (1.0 - _KEPT_CLEAR) * limit - _TORQUE_CLEAR:

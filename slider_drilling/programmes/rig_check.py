@@ -18,6 +18,7 @@ MIN_RATE = 5.0  # Hz of the surface channels, below which limits are not kept
 LEAVING_TIME = 60.0  # s, nominal, to park the top drive after a slide and to lift the bit
 _ORIENTING_SHARE = 0.4  # of the longest time to orient, nominal
 _MIN_FLOW_SHARE = 0.3  # of the reference flow, below which nothing is lowered
+_DEPTH_TOLERANCE = 10.0  # m, between a slide sheet's first row and the bit of the rig file
 _SLIDE_WEIGHT, _SLIDE_PRESSURE = 0.7, 0.7  # of what a limit leaves, that a slide may ask for
 
 
@@ -49,6 +50,13 @@ def nominal_times(programme: Programme, rig: Rig, source: str = "programme") -> 
         times.append(time)
         drives = end
     return tuple(times)
+
+
+def check_start_depth(start: float | None, rig: Rig, source: str) -> None:
+    """Check that a slide sheet begins (m) where the bit of the rig file is. Raises InputError."""
+    if start is not None and abs(start - rig.string.length) > _DEPTH_TOLERANCE:
+        raise InputError(f"{source}: begins at {start:.1f} m, the bit of the rig file is at {rig.string.length:.1f} m; "
+                         "give the rig file of this depth")  # fmt: skip
 
 
 def _check_rig(programme: Programme, rig: Rig, source: str) -> None:

@@ -6,6 +6,8 @@ import math
 from collections import deque
 from dataclasses import replace
 
+import numpy as np
+
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.measurement_monitor import MeasurementMonitor
 from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
@@ -19,6 +21,8 @@ _SMOOTHING = 1.0  # s, of hook load and standpipe pressure for their limits
 _QUICK, _SMOOTH = 0.5, 2.0  # s, filters of differential pressure
 _FLOW_SETTLES = 5.0  # lags of the standpipe after a change of flow, until pressure shows the motor again
 _RECENT = 3  # samples of torque, over which noise is averaged
+_TARE_PARTS, _MIN_TARED = 3, 5  # parts of the tare that are compared, and samples of each
+_TARE_SIGMAS, _STEADY = 5.0, 1e3  # of the mean of a part, and N, by which the parts may differ
 _FLOW_CHANGE = 0.004  # share of the speed in a sample, above which the pump is changing
 
 
@@ -58,6 +62,8 @@ class SurfaceState:
         self._weight_per_pressure = rig.motor.torque_per_pressure / rig.bit.lever
         self._lag = rig.hydraulics.lag
         self._hook, self.free_hook_load, self._tared = math.nan, math.nan, 0
+        self._tare_samples: list[float] = []  # N
+        self._hook_noise = rig.sensors.hook_load.noise
         self._pump, self._pump_before = math.nan, math.nan  # rad/s, lagged as the pressure; of the last sample
         self._flow_changed = math.inf  # s ago
         share = math.sqrt(0.5 * self.interval / _SMOOTHING)  # of the noise that smoothing leaves
@@ -112,6 +118,17 @@ class SurfaceState:
         return replace(drives, block=block, deepest=max(bottom.deepest, block), touching=bottom.touching)
 
     @property
+    def unsteady_hook_load(self) -> float:
+        """Change of the hook load during the tare, N; 0 where noise explains it."""
+        if self._tared < _TARE_PARTS * _MIN_TARED:
+            return 0.0
+        parts = np.array_split(np.array(self._tare_samples), _TARE_PARTS)
+        means = [float(part.mean()) for part in parts]
+        swing = max(means) - min(means)
+        noise = self._hook_noise / math.sqrt(len(parts[0])) * _TARE_SIGMAS + _STEADY
+        return swing if swing > noise else 0.0
+
+    @property
     def missing(self) -> str:
         """A channel that was not measured during the tare, or ""."""
         return next((name for name, value in self.monitor.value.items() if not math.isfinite(value)), "")
@@ -121,6 +138,7 @@ class SurfaceState:
             return
         if taring:
             self._tared += 1
+            self._tare_samples.append(hook_load)
             before = self.free_hook_load if self._tared > 1 else hook_load
             self.free_hook_load = before + (hook_load - before) / self._tared
             self._hook = self.free_hook_load

@@ -1,0 +1,84 @@
+"""A programme in the node: recorded with its file, ended with its node, aborted by a service."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+from turning import turn
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import read_log
+from slider_drilling.nodes.friction_simulator import FrictionSimulator
+from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.session import SessionOptions, run_session
+from slider_drilling.programmes import load_programme, parse_programme
+from slider_drilling.programmes.progress import ProgrammeState
+
+PROGRAMME = """\
+schema: slider_drilling/programme/1
+name: short
+steps:
+  - rock: {right: 1 turn, left: 1 turn, speed: 60 rpm, cycles: 1}
+  - rest: {time: 2 s}
+"""
+
+
+@pytest.fixture
+def programme(tmp_path):
+    path = tmp_path / "short.yaml"
+    path.write_text(PROGRAMME)
+    return path
+
+
+def test_log_holds_the_programme_that_ran(programme, tmp_path, alone):
+    outcome = run_session(SessionOptions(duration=0.0, record=tmp_path / "log", programme=str(programme), elements=20))
+    assert outcome.programme.state is ProgrammeState.DONE
+    log = read_log(outcome.log)
+    assert parse_programme(log.programme_text) == load_programme(programme)
+    assert log.top_drive.position.max() == pytest.approx(6.28, abs=0.3)
+    # The run ends by itself, some seconds after the programme.
+    ended = outcome.programme.records[-1].end
+    assert ended + 4.0 < outcome.simulated < ended + 8.0
+
+
+def test_run_aborted_by_a_limit_exits_with_1(programme, repository, alone):
+    programme.write_text(PROGRAMME.replace("name: short", "limits: {right_torque: 1 kN m}"))
+    run = [sys.executable, "-m", "slider_drilling", "run", "--programme", str(programme), "--elements", "20", "--json"]
+    environment = os.environ | {"PYTHONPATH": str(repository)}
+    done = subprocess.run(run, env=environment, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 1, done.stderr
+    told = json.loads(done.stdout)["programme"]
+    assert told["state"] == "aborted" and "torque to the right would reach" in told["reason"]
+
+
+def test_service_aborts_the_programme(programme, make):
+    simulator = make(FrictionSimulator, elements=20, duration=30.0)
+    controller = make(RockingController, use_sim_time=True, programme=str(programme), end_with_programme=True)
+    client = controller.create_client(Trigger, "rocking_controller/abort")
+    answers = []
+
+    def is_rocking():
+        if controller.programme_progress.step and not answers:
+            answers.append(client.call_async(Trigger.Request()))
+        return bool(answers)
+
+    turn([simulator, controller], is_rocking, lambda: controller.shutdown_request.requested)
+    assert answers[0].result().success
+    assert controller.programme_progress.reason == "asked for by the service abort"
+    assert simulator._virtual.measurements.top_drive_speed == pytest.approx(0.0, abs=1e-6)
+
+
+def test_programme_gives_the_toolface(programme, make):
+    controller = make(RockingController, programme=str(programme))
+    (result,) = controller.set_parameters([Parameter("tool_face_target", Parameter.Type.DOUBLE, 0.5)])
+    assert not result.successful and "gives the toolface of each slide" in result.reason
+
+
+def test_node_refuses_a_programme_beyond_the_rig(programme, make):
+    programme.write_text(PROGRAMME.replace("60 rpm", "180 rpm"))
+    with pytest.raises(InputError, match=r"short.yaml: steps\[0\].rock.speed"):
+        make(RockingController, programme=str(programme))
