@@ -9,13 +9,13 @@ The second command pauses all nodes: the controller stops block and top drive, t
 from launch import LaunchDescription, LaunchDescriptionEntity
 from launch_ros.actions import Node
 
-from slider_drilling.nodes.launch_helpers import LaunchArguments, description, process, run_together
+from slider_drilling.nodes.launch_helpers import LaunchArguments, description, process, run_together, twin
 
-ARGUMENTS = ("rig", "record", "namespace", "parameters", "respawn", "discovery")
+ARGUMENTS = ("rig", "record", "twin", "namespace", "parameters", "respawn", "discovery")
 
 
 def managed_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """Simulator, controller and recorder, not configured, and their manager."""
+    """Simulator, controller and recorder, not configured, and their manager, which does not wait for a twin."""
     own = {"autostart": False, "rig": given["rig"]}
     simulator = process("friction_simulator", given, {"speed": 1.0, "wait_for_controller": True}, own)
     controller = process("rocking_controller", given, {"use_sim_time": True}, own)
@@ -26,7 +26,8 @@ def managed_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
     settings = {"node_names": names, "autostart": True, "bond_timeout": 0.0}
     manager = Node(package="nav2_lifecycle_manager", executable="lifecycle_manager", name="lifecycle_manager",
                    namespace=given["namespace"], parameters=[settings])  # fmt: skip
-    return [*run_together(ending=[simulator], required=[controller], optional=[recorder]), manager]
+    observers = [recorder, *twin(given, True, given["rig"])]
+    return [*run_together(ending=[simulator], required=[controller], optional=observers), manager]
 
 
 def generate_launch_description() -> LaunchDescription:

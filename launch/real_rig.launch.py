@@ -12,14 +12,15 @@ from slider_drilling.nodes.launch_helpers import (
     process,
     run_together,
     target,
+    twin,
 )
 
 
 def real_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
-    """The controller and, where a folder is given, the recorder; a recorder or live page that ends stops nobody."""
+    """The controller and, where a folder is given, the recorder; of recorder, page and twin none stops another."""
     controller = process("rocking_controller", given, {"use_sim_time": False}, {
         "rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]})
-    observers = dashboard(given)
+    observers = dashboard(given) + twin(given, False, given["rig"])
     if given["record"]:
         observers.append(process("recorder", given, {"use_sim_time": False}, {
             "rig": given["rig"], "directory": given["record"]}))
@@ -29,5 +30,5 @@ def real_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` asks for."""
     return description(
-        ("rig", "target_deg", "controller", "record", "dashboard", "namespace", "parameters", "respawn", "discovery"),
-        real_rig)
+        ("rig", "target_deg", "controller", "record", "dashboard", "twin", "namespace", "parameters", "respawn",
+         "discovery"), real_rig)

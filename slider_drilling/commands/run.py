@@ -26,7 +26,7 @@ Examples:
   slider-drilling run --rig rig.yaml --target 45 --speed 1
   slider-drilling run --controller my_control:Mine --record out
   slider-drilling run --effect stribeck --set mud.density=1300 --record out
-  slider-drilling run --live
+  slider-drilling run --live --twin
   slider-drilling run --programme commissioning --record out
 """
 
@@ -64,6 +64,7 @@ class Speed(click.ParamType):
               help="Give the simulated rig an effect that the rig file does not have; repeatable.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a key of the rig file (mud.density) or a setting of the controller (gain); repeatable.")
+@click.option("--twin", is_flag=True, help="Run a twin beside the rig: it says live what differs, since when and why.")
 @click.option("--live", is_flag=True, help="Serve a live page with controls.")
 @click.option("--live-host", default="127.0.0.1", show_default=True,
               help="Address of the live page; any other needs a token.")  # fmt: skip
@@ -75,8 +76,8 @@ class Speed(click.ParamType):
 def command(
     rig: Path | None, duration: float | None, speed: float | None, record: Path | None, target: float | None,
     controller: str | None, programme: str | None, seed: int, elements: int, effects: tuple[str, ...],
-    sets: tuple[str, ...], live: bool, live_host: str, live_port: int, live_token_file: str, as_json: bool,
-    units: Units,
+    sets: tuple[str, ...], twin: bool, live: bool, live_host: str, live_port: int, live_token_file: str,
+    as_json: bool, units: Units,
 ) -> int:  # fmt: skip
     """Simulate a slide: friction simulator, rocking controller and recorder over ROS 2 topics.
 
@@ -116,6 +117,7 @@ def command(
             controller=controller, programme="" if run_file is None else str(run_file.path), seed=seed,
             elements=elements, settings=changed.settings, notes=changed.notes,
             live=Address(live_host, live_port, live_token_file).checked() if live else None, units=units.name,
+            twin=twin,
         )
         outcome = _run(plan, 0.0 if run_file is None else run_file.nominal_time)
         _report(outcome, record is not None, as_json, units)

@@ -27,9 +27,9 @@ from slider_drilling.live.page_requests import (
 )
 from slider_drilling.live.server import LOCAL, PORT, Address, PageServer
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.diagnostics import read_statuses
 from slider_drilling.nodes.guarded import GuardedNode, guarded
 from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
@@ -110,11 +110,8 @@ class Dashboard(GuardedNode):
             self.state.add_tool_face(stamp_ns / 1e9, angle)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        statuses = []
-        for status in message.status:
-            level = int.from_bytes(status.level, "little") if isinstance(status.level, bytes) else int(status.level)
-            values = tuple((pair.key, pair.value) for pair in status.values)
-            statuses.append(Status(Level(min(level, Level.ERROR)), status.name, status.message, values))
+        statuses = read_statuses(message)
+        for status in statuses:
             if status.name.rpartition("/")[2] == f"{RECORDER}: log":
                 self.state.recording = not status.message.startswith(("paused", "not recording"))
         self.state.update_statuses(statuses)

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 from slider_drilling.messages import cdr
-from slider_drilling.messages.health import Status
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, Topic
 from slider_drilling.nodes import raw_topics
 
 PERIOD_NS = 1_000_000_000
 AGGREGATED = Topic("/diagnostics", DIAGNOSTICS.type)  # where diagnostic_aggregator and rqt look
+
+
+def read_statuses(message: DiagnosticArray) -> list[Status]:
+    """The statuses of a message; one that is stale counts as an error."""
+    statuses = []
+    for status in message.status:
+        level = int.from_bytes(status.level, "little") if isinstance(status.level, bytes) else int(status.level)
+        values = tuple((pair.key, pair.value) for pair in status.values)
+        statuses.append(Status(Level(min(level, Level.ERROR)), status.name, status.message, values))
+    return statuses
 
 
 class DiagnosticsPublisher:

@@ -32,9 +32,10 @@ ARGUMENTS = {
     "controller": "controller as module:Class [this package's own]",
     "record": "folder for the log; empty: no recorder",
     "dashboard": "serve the live page and print its address: true or false [false]",
+    "twin": "run a twin beside the rig, which says live where they differ and why: true or false [false]",
     "namespace": "namespace of every topic",
     "parameters": "YAML file with node parameters; arguments win over it",
-    "respawn": "restart a controller or recorder that died: true or false [true]",
+    "respawn": "restart a controller, recorder or twin that died: true or false [true]",
     "discovery": "which machines see the nodes: localhost, subnet or off [localhost]",
     "log": "MCAP log to play",
 }
@@ -120,6 +121,7 @@ def process(
     defaults: Mapping[str, Any],
     overrides: Mapping[str, Any],
     namespace: str | None = None,
+    clock: str | None = None,
 ) -> LaunchedNode:
     """One node as a process.
 
@@ -129,13 +131,14 @@ def process(
         defaults: Parameters that the parameter file may change.
         overrides: Parameters that win over the file; None and "" are left out.
         namespace: The node's, if it is not the argument's.
+        clock: Namespace of the rig's time, if it is not the node's.
     """
     file = given.get("parameters", "")
     in_file = _parameters_in(file, executable) if file else set()
     own = {name: value for name, value in defaults.items() if name not in in_file}
     own |= {name: value for name, value in overrides.items() if value not in (None, "")}
     space = given.get("namespace", "") if namespace is None else namespace
-    restarts = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
+    restarts = executable in ("recorder", "rocking_controller", "twin") and is_true(given, "respawn", True)
     return LaunchedNode(
         restarts,
         package=PACKAGE,
@@ -145,6 +148,7 @@ def process(
         namespace=space,
         output="screen",
         parameters=[*([file] if file else []), *([own] if own else [])],
+        remappings=[] if clock is None else [("/clock", f"/{clock.strip('/')}/clock".replace("//", "/"))],
         prefix=_signal_blocking_prefix(),
         additional_env=_environment(given),
     )
@@ -184,6 +188,23 @@ def dashboard(given: LaunchArguments, namespace: str | None = None, port: int | 
     """The live page's process, if the argument asks for it; port: used unless the parameter file gives one."""
     defaults = {} if port is None else {"port": port}
     return [process("dashboard", given, defaults, {}, namespace)] if is_true(given, "dashboard") else []
+
+
+def twin(
+    given: LaunchArguments, use_sim_time: bool, rig: str, namespace: str | None = None, clock: str | None = None
+) -> list[LaunchedNode]:
+    """The twin's process, if the argument asks for it.
+
+    Args:
+        given: The launch arguments.
+        use_sim_time: Whether the rig's time is on /clock.
+        rig: Path of the rig file, or of a log that has one.
+        namespace: The node's, if it is not the argument's.
+        clock: Namespace of the rig's time, if it is not the node's.
+    """
+    if not is_true(given, "twin"):
+        return []
+    return [process("twin", given, {"use_sim_time": use_sim_time}, {"rig": rig}, namespace, clock)]
 
 
 def _signal_blocking_prefix() -> str | None:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
@@ -25,11 +26,11 @@ from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
+from slider_drilling.messages.topics import DIAGNOSTICS, DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
 from slider_drilling.nodes.controller_settings import settings_parameters
-from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, read_statuses
 from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.parameters import NodeParameter, declare
@@ -40,6 +41,7 @@ from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.target_topic import TargetTopic
+from slider_drilling.nodes.twin_word import TwinWord
 from slider_drilling.nodes.watchdog import Watchdog
 from slider_drilling.programmes.progress import ProgrammeProgress
 
@@ -95,6 +97,7 @@ class RockingController(ManagedNode):
         self._last_report = time.monotonic()
         self._command: RigCommand | None = None
         self._watchdog = Watchdog()
+        self._twin_word = TwinWord()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
         self._reported_silence = 0.0  # s of wall time
         self._is_silence_logged = False
@@ -214,7 +217,11 @@ class RockingController(ManagedNode):
         # MWD first: if several messages wait, an executor may take them in this order.
         self._mwd = self._sensor("mwd_tool_face", self._on_mwd)
         self._target_topic = TargetTopic(self, self._take_target)
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
         self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *self._drives()]
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._twin_word.take(read_statuses(message))
 
     def _drives(self) -> list[raw_topics.SensorSubscription]:
         """The drives' subscriptions, the top drive's last; or the one to the topic that holds them all."""
@@ -410,7 +417,7 @@ class RockingController(ManagedNode):
         else:
             measured = Status(Level.OK, "measurements", "every surface channel is there")
         try:
-            return [measured, *statuses_of(self._controller)]
+            return [measured, *statuses_of(self._controller), *self._twin_word.statuses()]
         except InputError as error:
             self.shutdown_request.fail(error)
             return [measured]

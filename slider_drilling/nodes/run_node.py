@@ -27,6 +27,7 @@ NODES = {
     "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
     "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
+    "twin": ("slider_drilling.nodes.twin", "TwinNode"),
     "opcua_bridge": ("slider_drilling.nodes.opcua_bridge", "OpcuaBridge"),
 }
 # Nodes that need no speed use an executor that rclpy supports; see `spin.make_executor`.

@@ -1,4 +1,4 @@
-"""Simulator, controller and recorder in one process, with the same nodes and topics as in three."""
+"""Simulator, controller, recorder and twin in one process, with the same nodes and topics as in three."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ class SessionOptions:
         notes: For the log's metadata.
         live: Where to serve the live page; None: nowhere.
         units: Of the live page, si or field.
+        twin: Whether a twin runs beside the rig.
     """
 
     rig: str = ""
@@ -61,6 +62,7 @@ class SessionOptions:
     notes: str = ""
     live: Address | None = None
     units: str = "si"
+    twin: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def run_session(
     progress: Callable[[float], None] = lambda simulated: None,
     announce: Callable[[str], None] = lambda address: None,
 ) -> SessionResult:
-    """Run simulator, controller and recorder until the duration is over or a signal comes.
+    """Run simulator, controller, recorder and twin until the duration is over or a signal comes.
 
     Args:
         options: What to run.
@@ -135,8 +137,9 @@ def _run(
         ending.push(functools.partial(_finish, recorder))
         shutdown_request.raise_on_signals(TerminationSignal)
     dashboard = None if options.live is None else _make_dashboard(make, options.live, options.units, announce)
+    twin = _make_twin(make, options) if options.twin else None
     controller = _make_controller(make, options)
-    reporting = [node for node in (simulator, recorder, controller) if node is not None]
+    reporting = [node for node in (simulator, recorder, twin, controller) if node is not None]
     nodes = reporting if dashboard is None else [*reporting, dashboard]
     if recorder is not None:
         # A subscription that is connected receives all messages in the order in which they were sent.
@@ -165,7 +168,7 @@ def _make_simulator(make: Callable[..., Any], options: SessionOptions) -> Any:
         seed=options.seed,
         elements=options.elements,
         wait_for_controller=True,
-        minimum_subscribers=1 + (options.record is not None) + (options.live is not None),
+        minimum_subscribers=1 + (options.record is not None) + (options.live is not None) + options.twin,
     )
 
 
@@ -180,6 +183,12 @@ def _make_controller(make: Callable[..., Any], options: SessionOptions) -> Any:
         end_with_programme=True if options.programme else None,
         **options.settings,
     )
+
+
+def _make_twin(make: Callable[..., Any], options: SessionOptions) -> Any:
+    from slider_drilling.nodes.twin import TwinNode
+
+    return make(TwinNode, rig=options.rig, use_sim_time=True)
 
 
 def _attached_rig(options: SessionOptions) -> str:

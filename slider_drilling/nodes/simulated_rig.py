@@ -15,10 +15,11 @@ from slider_drilling.nodes.launch_helpers import (
     run_together,
     speed,
     target,
+    twin,
 )
 
-SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "dashboard", "namespace", "parameters",
-             "respawn", "discovery")  # fmt: skip
+SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "dashboard", "twin", "namespace",
+             "parameters", "respawn", "discovery")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class SimulatedRig:
     Attributes:
         simulator: The launch ends with it.
         controller: The rig cannot be without it.
-        observers: Recorder and live page, whose ends stop nobody.
+        observers: Recorder, live page and twin, whose ends stop nobody.
     """
 
     simulator: LaunchedNode
@@ -70,6 +71,8 @@ def simulated_rig(given: LaunchArguments, namespace: str | None = None, port: in
     if given["record"]:
         recorded = {"rig": given["rig"], "directory": given["record"]}
         observers.insert(0, process("recorder", given, {"use_sim_time": True}, recorded, namespace))
+    # The simulator does not wait for a twin: it must not keep a rig from starting.
+    observers += twin(given, True, given["rig"], namespace)
     return SimulatedRig(simulator, controller, observers)
 
 

@@ -52,19 +52,20 @@ def test_recorder_is_launched_only_with_a_folder(repository):
     )
 
 
+@pytest.mark.parametrize("program", ["dashboard", "twin"])
 @pytest.mark.parametrize(
     ("file", "more"), [("rocking", {}), ("replay", {"log": "LOG"}), ("real_rig", {}), ("two_rigs", {})]
 )
-def test_live_page_is_launched_on_request(file, more, repository, tmp_path):
+def test_page_and_twin_are_launched_on_request(program, file, more, repository, tmp_path):
     import slider_drilling as sd
 
     if more:
         commands = sd.rocking(sd.load_rig(), 4.0, amplitude=3.0, period=4.0)
         more = {"log": str(sd.simulate(sd.load_rig(), commands, elements=20).save(tmp_path / "a.mcap"))}
-    without, shown = (names(described(repository, file, dashboard=asked, **more)) for asked in ("false", "true"))
-    assert shown == sorted([*without, *["dashboard"] * (2 if file == "two_rigs" else 1)])
-    with pytest.raises(ValueError, match="dashboard:=perhaps: must be true or false"):
-        described(repository, file, dashboard="perhaps", **more)
+    without, shown = (names(described(repository, file, **{program: asked}, **more)) for asked in ("false", "true"))
+    assert shown == sorted([*without, *[program] * (2 if file == "two_rigs" else 1)])
+    with pytest.raises(ValueError, match=f"{program}:=perhaps: must be true or false"):
+        described(repository, file, **{program: "perhaps"}, **more)
 
 
 @pytest.mark.parametrize(
@@ -173,6 +174,28 @@ def test_launch_fails_with_node_and_restarts_no_mistake(run_launch, small):
     assert "rocking_controller-2 failed: exit code 2" in launched.output
 
 
+def test_simulator_does_not_wait_for_a_twin(repository):
+    def waited_for(**arguments: str) -> list[object]:
+        nodes = described(repository, "rocking", record="out", dashboard="true", **arguments)
+        (simulator,) = [one for one in nodes if one.node_executable == "friction_simulator"]
+        return list(simulator._Node__parameters[-1].values())
+
+    assert waited_for(twin="true")[-1] == waited_for()[-1] == 3
+
+
+@needs_ros2
+def test_launch_goes_on_without_its_twin(run_launch, small, listener, tmp_path):
+    launched = run_launch("rocking", "duration:=1e5", "speed:=5", "twin:=true", "respawn:=false", small)
+    listener.until_status("twin: measurements", 0, "every channel is there")
+    (pid,) = launched.pids("twin")
+    os.kill(pid, signal.SIGKILL)
+    launched.wait_for("twin-3 failed: exit code -9; the other nodes go on")
+    listener.until_time(listener.time + 2.0)
+    assert listener.heard["top_drive_command"][-1][0] > listener.time - 1.0
+    launched.process.send_signal(signal.SIGINT)
+    assert launched.end() == 1, "the launch tells that its twin failed"
+
+
 LIMIT_FILES = """#!/bin/sh
 # Files of the recorder, and of nobody else, end at a size: a full disk.
 case "$*" in *__node:=recorder*) trap "" XFSZ; ulimit -f 200;; esac
@@ -221,10 +244,13 @@ def test_only_rig_and_controller_end_a_launch(repository, tmp_path, monkeypatch)
 
     monkeypatch.setattr(launch_helpers, "run_together", note)
     monkeypatch.setattr("slider_drilling.nodes.simulated_rig.run_together", note)
-    for name in ("rocking", "two_rigs", "real_rig", "replay"):
+    for name in ("rocking", "two_rigs", "real_rig", "replay", "managed"):
+        if name == "managed":
+            described(repository, name, twin="true")
+            continue
         more = {"log": str(log)} if name == "replay" else {}
-        described(repository, name, record="out", dashboard="true", **more)
-    assert roles["optional"] == {"recorder", "dashboard"}
+        described(repository, name, record="out", dashboard="true", twin="true", **more)
+    assert roles["optional"] == {"recorder", "dashboard", "twin"}
     assert roles["required"] == {"rocking_controller", "friction_simulator"}
     assert roles["ending"] == {"friction_simulator", "log_player"}
 

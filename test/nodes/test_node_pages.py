@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.log import LogWriter
-from slider_drilling.nodes import friction_simulator, log_player, opcua_bridge, recorder, rocking_controller
+from slider_drilling.nodes import friction_simulator, log_player, opcua_bridge, recorder, rocking_controller, twin
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.nodes.shutdown import ShutdownRequest
@@ -22,6 +22,7 @@ MODULES = {
     "rocking_controller": (rocking_controller, rocking_controller.RockingController),
     "recorder": (recorder, recorder.Recorder),
     "log_player": (log_player, log_player.LogPlayer),
+    "twin": (twin, twin.TwinNode),
     "opcua_bridge": (opcua_bridge, opcua_bridge.OpcuaBridge),
 }
 # Every node has these; parameters and lifecycles are ROS 2's own to describe.

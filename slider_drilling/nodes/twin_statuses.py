@@ -1,0 +1,91 @@
+"""The twin's statuses in `diagnostics`: one for each site of a rig, and how the twin itself fares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from slider_drilling.messages.health import Level, Status
+from slider_drilling.twin import Detection, TwinReport
+
+# Where effects act, and the hydraulics, where faults of the circulation do.
+SITES = ("contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor")
+
+
+@dataclass(frozen=True)
+class TwinHealth:
+    """How the twin keeps up.
+
+    Attributes:
+        behind: Newest sample less what is simulated, s.
+        restarts: How often the rig's clock was set back.
+        asking: Whether a diagnosis is under way.
+        failure: What went wrong last; empty if nothing did.
+    """
+
+    behind: float
+    restarts: int
+    asking: bool
+    failure: str = ""
+
+
+def twin_statuses(report: TwinReport | None, start: float, health: TwinHealth) -> list[Status]:
+    """The twin's own status, then one of each site.
+
+    Args:
+        report: The latest; None before the first.
+        start: The twin's time 0, s of the rig's clock.
+        health: How it keeps up.
+    """
+    if report is None:
+        return [Status(Level.OK, "state", "waiting for samples of the drives")]
+    by_site: dict[str, list[Detection]] = {site: [] for site in SITES}
+    for detection in report.detections:
+        by_site.setdefault(detection.site, []).append(detection)
+    return [_state(report, health), *(_site(site, found, start, report) for site, found in by_site.items())]
+
+
+def _state(report: TwinReport, health: TwinHealth) -> Status:
+    values = (("state", report.state), ("behind_s", f"{health.behind:.1f}"), ("restarts", str(health.restarts)),
+              *((f"trend_{name}", f"{one.value:.4g}") for name, one in report.trends.items()))  # fmt: skip
+    message = report.state + (f": {report.note}" if report.note else "")
+    if health.failure:
+        return Status(Level.WARN, "state", f"{message}; {health.failure}", values)
+    return Status(Level.OK, "state", message + ("; a diagnosis is under way" if health.asking else ""), values)
+
+
+def _site(site: str, found: Iterable[Detection], start: float, report: TwinReport) -> Status:
+    """A site: ERROR while a named effect acts there, WARN while something unnamed does."""
+    present = [one for one in found if one.ended is None]
+    gaps = _gaps(report, {one.channel for one in present})
+    if not present:
+        return Status(Level.OK, site, "no change", gaps)
+    last = present[-1]
+    low, high = last.interval
+    values = (("since_s", f"{start + last.since:.1f}"), ("since_low_s", f"{start + low:.1f}"),
+              ("since_high_s", f"{start + high:.1f}"), ("detected_s", f"{start + last.detected:.1f}"),
+              ("channel", last.channel), ("kind", last.kind), ("size_noise_levels", f"{last.size:.2f}"),
+              ("effects", ", ".join(last.effects)), ("suspected", ", ".join(last.suspected)),
+              ("verdict", last.verdict or ""), ("changes", str(len(present))), *gaps)  # fmt: skip
+    return Status(Level.ERROR if last.effects else Level.WARN, site, describe(last, start), values)
+
+
+def describe(detection: Detection, start: float) -> str:
+    """What changed, since when, and the named or suspected effect, in one line."""
+    since = f"since {start + detection.since:.0f} s"
+    if detection.effects:
+        return f"{_words(detection.effects)} {since}: {detection.what}"
+    if detection.suspected:
+        return f"{detection.what} {since}; suspected: {_words(detection.suspected)}"
+    return f"{detection.what} {since}" + ("" if detection.verdict is None else f"; {detection.verdict}")
+
+
+def _words(names: Iterable[str]) -> str:
+    return ", ".join(name.replace("_", " ") for name in names)
+
+
+def _gaps(report: TwinReport, channels: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    states: Mapping[str, object] = report.channels
+    return tuple(
+        (f"gap_60_{name}", f"{report.channels[name].gap_60:.2f}") for name in sorted(channels) if name in states
+    )

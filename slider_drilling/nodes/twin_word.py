@@ -1,0 +1,69 @@
+"""What a controller repeats of a twin's word: changes that its interlocks are there for. It changes no command.
+
+Without a twin there is no status; a twin that falls silent is quoted with its age, and then no more.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from slider_drilling.messages.health import Level, Status
+
+TWIN = "twin"
+SITES = ("hydraulics", "motor", "bit")  # where washouts, plugged nozzles and stalls show
+EFFECTS = ("washout", "plugged_nozzle", "motor_stall", "motor_wear")
+OLD_AFTER = 5.0  # s of wall time: five of the twin's periods
+FORGOTTEN_AFTER = 120.0  # s of wall time
+
+
+@dataclass(frozen=True)
+class _Word:
+    """A status of the twin, and when it came, s of the wall's clock."""
+
+    status: Status
+    at: float
+
+
+class TwinWord:
+    """Keeps the twin's latest statuses of the sites that concern a controller.
+
+    Args:
+        now: Monotonic time, s.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._words: dict[str, _Word] = {}
+
+    def take(self, statuses: Iterable[Status]) -> None:
+        """Take statuses of any node, named ``node: subject``; others than the twin's are left out."""
+        for status in statuses:
+            node, _, subject = status.name.partition(": ")
+            if node.rpartition("/")[2] == TWIN and _concerns(subject, status):
+                self._words[subject] = _Word(status, self._now())
+            elif node.rpartition("/")[2] == TWIN:
+                self._words.pop(subject, None)
+
+    def statuses(self) -> list[Status]:
+        """One status that repeats the twin; none before it has said anything, or long after."""
+        now = self._now()
+        self._words = {name: word for name, word in self._words.items() if now - word.at <= FORGOTTEN_AFTER}
+        if not self._words:
+            return []
+        said = [word for word in self._words.values() if word.status.level > Level.OK]
+        age = now - max(word.at for word in self._words.values())
+        values = (("age_s", f"{age:.0f}"), *((word.status.name, word.status.message) for word in said))
+        message = "; ".join(word.status.message for word in said) or "sees no washout, plugged nozzle or motor fault"
+        old = f" ({age:.0f} s ago; silent since)" if age > OLD_AFTER else ""
+        level = Level.WARN if said else Level.OK
+        return [Status(level, TWIN, f"the twin {'says: ' if said else ''}{message}{old}", values)]
+
+
+def _concerns(subject: str, status: Status) -> bool:
+    if subject in SITES:
+        return True
+    named = dict(status.values)
+    names = f"{named.get('effects', '')}, {named.get('suspected', '')}".split(", ")
+    return any(name in EFFECTS for name in names)

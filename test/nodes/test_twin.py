@@ -1,0 +1,190 @@
+"""The node `twin` beside a rig: real processes, its log, its clock, its services, and its death."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from mcap.reader import make_reader
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import read_log
+from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
+from slider_drilling.messages.topics import GAP_DIAGNOSIS, TWIN_TOPICS
+from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.twin import CHANNELS, TwinNode
+from slider_drilling.rig import parse_rig
+
+OK = 0
+
+
+@pytest.mark.slow
+def test_log_holds_what_twin_says_and_controller_outlives_it(start, listener, tmp_path: Path):
+    """Simulator, controller, twin and recorder; then kill -9 of the twin."""
+    folder = tmp_path / "out"
+    recorder = start("recorder", directory=folder, use_sim_time=True)
+    twin = start("twin", use_sim_time=True)
+    start("rocking_controller", use_sim_time=True)
+    start("friction_simulator", elements=20, wait_for_controller=True, speed=5.0, minimum_subscribers=4)
+    listener.until_status("twin: measurements", OK, "every channel is there")
+    listener.until_status("twin: hydraulics", OK, "no change")
+    listener.until_status("rocking_controller: twin", OK, "sees no washout")
+    assert listener.call(Trigger, "twin/recalibrate").success
+    twin.kill()
+    gone = listener.time
+    listener.statuses.pop("rocking_controller: twin")
+    listener.until_status("rocking_controller: twin", OK, "silent since")
+    assert listener.heard["top_drive_command"][-1][0] > gone
+    listener.until_status("rocking_controller: measurements", OK, "every surface channel")
+    listener.until_status("friction_simulator: commands", OK, "every sample is answered")
+    recorder.process.send_signal(signal.SIGINT)
+    assert recorder.end() == 0, recorder.output
+    check_log(next(folder.glob("*.mcap")))
+
+
+def check_log(path: Path) -> None:
+    """The twin's topics are in the log, beside the measurements and on their clock."""
+    log = read_log(path)
+    for key, sensor in (("expected_top_drive", log.top_drive), ("expected_draw_works", log.draw_works)):
+        series = log.series()[key]
+        assert len(series.time) > 20 and np.isfinite(series.effort).all() and np.isnan(series.position).all()
+        assert np.isin(np.round(series.time, 3), np.round(sensor.time, 3)).all(), "stamped as the samples"
+    expected, pressure = log.expected_standpipe_pressure, log.standpipe_pressure
+    measured = np.interp(expected.time, pressure.time, pressure.value)
+    assert np.median(np.abs(expected.value - measured)) < 5e5
+    assert (np.abs(log.expected_mwd_tool_face.position) <= math.pi).all()
+    with path.open("rb") as file:
+        topics = {channel.topic.rpartition("/rig_")[2].partition("/")[2]: message.data
+                  for _, channel, message in make_reader(file).iter_messages()}  # fmt: skip
+    assert {one.name for one in TWIN_TOPICS} - set(topics) <= {"trend/value", "trend/lower", "trend/upper"}
+    tree = json.loads(cdr.decode_string(topics[GAP_DIAGNOSIS.name]))
+    assert tree["schema"] == "slider_drilling/gap_diagnosis/1" and tree["detections"] == []
+
+@pytest.fixture
+def heard() -> list[dict[str, Status]]:
+    """What the twin published in `diagnostics`, by subject."""
+    return []
+
+
+@pytest.fixture
+def make_twin(alone, monkeypatch, heard):
+    """Makes a twin's node in this process."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made: list[TwinNode] = []
+
+    def make(**parameters: object) -> TwinNode:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        node = TwinNode(ShutdownRequest(), parameter_overrides=overrides)
+        monkeypatch.setattr(
+            node._diagnostics, "publish", lambda stamp_ns, rows: heard.append({one.name: one for one in rows})
+        )
+        made.append(node)
+        return node
+
+    yield make
+    for node in made:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def feed(node: TwinNode, first: float, seconds: float) -> None:
+    """Samples at 10 Hz of a rig that stands on bottom; time s of the rig's clock."""
+    numbers = {
+        "mud_pump": (math.nan, 12.0, math.nan),
+        "draw_works": (0.0, 0.0, 4e5),
+        "standpipe_pressure": (1.8e7, 0.0),
+        "top_drive": (0.0, 0.0, 0.0),
+    }
+    for k in range(round(10 * seconds)):
+        for key, values in numbers.items():
+            node._take(key, CHANNELS[key], round((first + 0.1 * k) * 1e9), *values)
+    node._advance()
+
+
+def test_twin_reports_on_the_rigs_clock(make_twin, heard):
+    node = make_twin()
+    feed(node, 1.7e9, 8.0)
+    assert node.twin.report.time == pytest.approx(7.9), "s since its start"
+    sites = {"contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor"}
+    assert set(heard[-1]) == {"measurements", "state"} | sites
+    assert all(heard[-1][site].message == "no change" for site in sites)
+    assert heard[-1]["state"].message.startswith("learning")
+
+
+def test_clock_that_is_set_starts_the_twin_anew(make_twin, heard, capfd):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+    node._take("top_drive", CHANNELS["top_drive"], 10**18, 0.0, 0.0, 0.0)
+    feed(node, 1006.0, 2.0)
+    assert node._restarts == 0, "one wrong stamp is dropped"
+    feed(node, 500.0, 4.0)
+    feed(node, 9000.0, 4.0)
+    said = capfd.readouterr().err
+    assert "went from 1007.9 to 500.0 s: the twin starts anew" in said
+    assert "went from 503.9 to 9000.1 s: the twin starts anew" in said
+    assert dict(heard[-1]["state"].values)["restarts"] == "2"
+    assert heard[-1]["measurements"].level is Level.WARN, "these stamps are of another clock than the node's"
+
+
+def test_silent_rig_is_reported(make_twin, heard, monkeypatch):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+    monkeypatch.setattr(node._watchdog, "silent_for", lambda stale_after: 7.0)
+    node._advance()
+    assert heard[-1]["measurements"] == Status(Level.ERROR, "measurements", "the rig is silent since 7 s")
+    count = len(heard)
+    node._advance()
+    assert len(heard) == count, "once a second of silence"
+
+
+def test_inactive_twin_takes_no_sample(make_twin):
+    node = make_twin()
+    node.trigger_deactivate()
+    feed(node, 1000.0, 6.0)
+    assert node.twin.report is None
+    node.trigger_cleanup()
+    assert node.twin is None
+
+
+def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repository: Path):
+    given = tmp_path / "rig.yaml"
+    text = (repository / "config" / "rig.example.yaml").read_text()
+    given.write_text(text)
+    saved = tmp_path / "saved.yaml"
+    node = make_twin(rig=str(given), calibrated_rig=str(saved))
+    for act in (node._save_rig, node._recalibrate, node._diagnose):
+        with pytest.raises(InputError, match="the twin has no sample of the rig yet"):
+            act()
+    feed(node, 1000.0, 6.0)
+    assert node._save_rig() == f"wrote {saved}"
+    assert parse_rig(saved.read_text(), str(saved)).string.length == 4000.0
+    assert node._recalibrate() == "learns the rig anew"
+    same = make_twin(rig=str(given), calibrated_rig=str(given))
+    feed(same, 1000.0, 6.0)
+    with pytest.raises(InputError, match=r"rig\.yaml"):
+        same._save_rig()
+    assert given.read_text() == text
+
+
+def test_impossible_samples_do_not_end_the_node(make_twin, heard, monkeypatch, capfd):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+
+    def refuse() -> list[object]:
+        raise InputError("the drives moved backwards in time")
+
+    monkeypatch.setattr(node.twin, "advance", refuse)
+    node._advance()
+    assert "the drives moved backwards in time: the twin starts anew" in capfd.readouterr().err
+    feed(node, 1006.0, 6.0)
+    assert "started anew: the drives moved backwards in time" in heard[-1]["state"].message
+    assert node.shutdown_request.error is None
