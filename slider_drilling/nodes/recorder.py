@@ -33,7 +33,7 @@ from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilt
 
 RECORDED = (*TOPICS.values(), *TWIN_TOPICS, DIAGNOSTICS, raw_topics.PUMP_COMMAND, DRIVES_COMMAND,
             raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)  # fmt: skip
-LATCHED = (raw_topics.RIG_DESCRIPTION, GAP_DIAGNOSIS)
+LATCHED = {raw_topics.RIG_DESCRIPTION: raw_topics.LATCHED, GAP_DIAGNOSIS: raw_topics.LATCHED_WORDS}
 # What a simulated rig's log may lack.
 OPTIONAL = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, DRIVES_COMMAND, TOPICS["bit_depth"])
 TOP_DRIVE = TOPICS["top_drive"]  # the topic whose messages show that a rig runs
@@ -125,8 +125,7 @@ class Recorder(ManagedNode):
         self._topic_subscriptions = TopicSubscriptions(self, topic_filter, self._receive)
         for topic in RECORDED:
             if topic is not TOP_DRIVE:
-                qos = raw_topics.LATCHED if topic in LATCHED else raw_topics.RELIABLE
-                self._topic_subscriptions.subscribe(topic, qos)
+                self._topic_subscriptions.subscribe(topic, LATCHED.get(topic, raw_topics.RELIABLE))
         self._connecting = steady_timer(self, CONNECT_PERIOD, self._connect)
         steady_timer(self, FLUSH_PERIOD, self._on_flush)
         steady_timer(self, DISCOVERY_PERIOD, self._topic_subscriptions.discover)

@@ -34,7 +34,7 @@ def subscribe_to_twin(node: GuardedNode, state: LiveState) -> None:
     for bound, topic in TREND_TOPICS.items():
         _subscribe_numbers(node, topic, partial(state.twin.set_trends, bound))
     node.create_subscription(
-        String, GAP_DIAGNOSIS.name, lambda message: state.twin.set_diagnosis(message.data), raw_topics.LATCHED
+        String, GAP_DIAGNOSIS.name, lambda message: state.twin.set_diagnosis(message.data), raw_topics.LATCHED_WORDS
     )
 
 

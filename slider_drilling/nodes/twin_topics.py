@@ -23,6 +23,7 @@ from slider_drilling.messages.topics import (
 from slider_drilling.nodes import raw_topics
 from slider_drilling.twin import Detection, Forecast, TwinReport
 
+NOTE_PERIOD = 10.0  # s of the rig's time between messages in which only the note is another one
 SCHEMA = "slider_drilling/gap_diagnosis/1"
 
 
@@ -41,14 +42,16 @@ class TwinPublishers:
         self._gaps = {seconds: raw_topics.publisher(node, topic) for seconds, topic in GAP_TOPICS.items()}
         self._threshold = raw_topics.publisher(node, GAP_THRESHOLD)
         self._trends = {bound: raw_topics.publisher(node, topic) for bound, topic in TREND_TOPICS.items()}
-        self._diagnosis = node.create_publisher(String, GAP_DIAGNOSIS.name, raw_topics.LATCHED)
-        self._last_diagnosis = ""
+        self._diagnosis = node.create_publisher(String, GAP_DIAGNOSIS.name, raw_topics.LATCHED_WORDS)
+        self._last_diagnosis: tuple[object, ...] = ()
+        self._last_note = (-math.inf, "")  # s and text
         self._forecast_until = -math.inf  # s
 
     def restart(self) -> None:
         """The twin starts anew: its times do, too."""
         self._forecast_until = -math.inf
-        self._last_diagnosis = ""
+        self._last_diagnosis = ()
+        self._last_note = (-math.inf, "")
 
     def publish(self, report: TwinReport, start_ns: int) -> None:
         """Publish one report.
@@ -107,7 +110,7 @@ class TwinPublishers:
     def publish_diagnosis(
         self, report: TwinReport, start: float, answer: Mapping[str, Any] | None, answered: float | None
     ) -> None:
-        """Publish `gap/diagnosis` if it has changed.
+        """Publish `gap/diagnosis` if it has changed; another note alone waits NOTE_PERIOD.
 
         Args:
             report: The latest.
@@ -115,6 +118,11 @@ class TwinPublishers:
             answer: Of the last diagnosis, as diagnosis.json has it.
             answered: Time of the answer, s since the twin's start.
         """
+        key = (report.state, report.detections, answered)
+        noted_at, note = self._last_note
+        if key == self._last_diagnosis and (note == report.note or report.time - noted_at < NOTE_PERIOD):
+            return
+        self._last_diagnosis, self._last_note = key, (report.time, report.note)
         tree = {
             "schema": SCHEMA,
             "state": report.state,
@@ -123,10 +131,7 @@ class TwinPublishers:
             "answered": None if answered is None else start + answered,
             "answer": answer,
         }
-        text = json.dumps(tree, allow_nan=False, default=str)
-        if text != self._last_diagnosis:
-            self._last_diagnosis = text
-            self._diagnosis.publish(String(data=text))
+        self._diagnosis.publish(String(data=json.dumps(tree, allow_nan=False)))
 
 
 def detection_json(detection: Detection, start: float) -> dict[str, Any]:

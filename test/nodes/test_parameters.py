@@ -19,6 +19,7 @@ from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.twin import TwinNode
 
 FIXED = "slider_drilling.control:FixedRocking"
 Make = Callable[..., Node]
@@ -44,7 +45,7 @@ def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
     return own.get(kind, {})
 
 
-@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer])
+@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer, TwinNode])
 def test_every_parameter_is_described_and_in_example(kind, make, log, tmp_path, repository):
     example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
     controller = example["/**/rocking_controller"]["ros__parameters"]["controller"]
@@ -66,7 +67,7 @@ def test_every_parameter_is_described_and_in_example(kind, make, log, tmp_path, 
             assert limits.from_value <= listed[name] <= limits.to_value, name
 
 
-@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer, Dashboard])
+@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer, TwinNode, Dashboard])
 def test_example_has_every_default(kind, repository):
     example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
     listed = example[f"/**/{kind.NAME}"]["ros__parameters"]
