@@ -69,6 +69,7 @@ def check_log(path: Path) -> None:
     tree = json.loads(cdr.decode_string(topics[GAP_DIAGNOSIS.name]))
     assert tree["schema"] == "slider_drilling/gap_diagnosis/1" and tree["detections"] == []
 
+
 @pytest.fixture
 def heard() -> list[dict[str, Status]]:
     """What the twin published in `diagnostics`, by subject."""

@@ -37,7 +37,10 @@ def test_site_says_level_reason_and_since() -> None:
     assert (status.level, status.message) == (Level.WARN, "standpipe pressure 3.2 bar lower since 1700000060 s")
     values = dict(status.values)
     assert (values["since_s"], values["since_low_s"], values["detected_s"]) == (
-        "1700000060.0", "1700000055.0", "1700000095.0")
+        "1700000060.0",
+        "1700000055.0",
+        "1700000095.0",
+    )
     assert (values["kind"], values["size_noise_levels"]) == ("step", "3.20")
     assert values["gap_60_standpipe_pressure"] == "1.40"
 
@@ -45,7 +48,9 @@ def test_site_says_level_reason_and_since() -> None:
 def test_named_effect_is_an_error() -> None:
     status = by_name(WASHOUT)["hydraulics"]
     assert (status.level, status.message) == (
-        Level.ERROR, "washout since 1700000060 s: standpipe pressure 3.2 bar lower")
+        Level.ERROR,
+        "washout since 1700000060 s: standpipe pressure 3.2 bar lower",
+    )
     suspected = by_name(Detection(**{**vars(PRESSURE), "suspected": ("motor_wear",)}))["hydraulics"]
     assert suspected.level is Level.WARN and suspected.message.endswith("suspected: motor wear")
 
@@ -70,7 +75,11 @@ def test_failed_diagnosis_is_said() -> None:
 def test_detection_times_are_of_the_rigs_clock() -> None:
     tree = detection_json(WASHOUT, START)
     assert (tree["since"], tree["interval"], tree["answered"], tree["ended"]) == (
-        START + 60.0, [START + 55.0, START + 66.0], START + 140.0, None)
+        START + 60.0,
+        [START + 55.0, START + 66.0],
+        START + 140.0,
+        None,
+    )
     assert set(PRESSURE.as_json()) <= set(tree) and tree["effects"] == ["washout"]
     json.dumps(detection_json(Detection(**{**vars(PRESSURE), "size": math.nan}), START), allow_nan=False)
 
