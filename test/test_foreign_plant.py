@@ -110,7 +110,8 @@ def test_sheaves_read_less_while_lowering(rig: Rig, commands: Commands) -> None:
     response = plant.advance(commands)
     _, seen = as_read(structure, commands, response, plant.driven, np.random.default_rng(1))
     lowering = commands.block_speed > 2e-3
-    assert np.allclose((response.hook_load - seen.hook_load)[lowering], 3e3, rtol=1e-3)
+    read_less = (response.hook_load - seen.hook_load)[lowering]
+    assert np.all((read_less > 2e3) & (read_less < 3e3))
 
 
 def test_hidden_change_of_the_drive_stays_hidden(rig: Rig, commands: Commands) -> None:

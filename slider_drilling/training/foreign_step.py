@@ -38,7 +38,7 @@ def _hook_load(k, truth, drives, instruments):
     """Hook load as the dead line shows it, N."""
     settings = instruments[k]
     load = truth[HOOK_LOAD] * (1.0 + settings[HOOK_GAIN]) + settings[HOOK_OFFSET]
-    return load - settings[HYSTERESIS] * math.tanh(drives[3] / SHEAVE_REVERSAL_SPEED)
+    return load - settings[HYSTERESIS] * drives[3] / (abs(drives[3]) + SHEAVE_REVERSAL_SPEED)
 
 
 @njit(**EXACT)

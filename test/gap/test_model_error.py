@@ -14,21 +14,21 @@ from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.search.least_squares import fit
 
 
-def inexact(share: float) -> Toy:
-    """A toy that may be wrong by a share of what it moves."""
-    exact = toy({"sine": 10.0}, 0)
+def inexact(share: float, missing: float = 10.0) -> Toy:
+    """A toy that may be wrong by a share of what it moves; a sine is missing from the model."""
+    exact = toy({"sine": missing}, 0)
     (run,) = exact.runs
     (channel,) = run.channels
     return replace(exact, runs=(replace(run, channels=(replace(channel, model_error=share),)),))
 
 
-def fitted(share: float):
-    problem = build_problem(inexact(share), [{"force": 1.0}])
+def fitted(share: float, missing: float = 10.0):
+    problem = build_problem(inexact(share, missing), [{"force": 1.0}])
     return problem, fit(problem, problem.expand_per_run(problem.model.nuisance), {})
 
 
-def width(share: float, name: str) -> float:
-    low, high = parameter_intervals(*fitted(share))[name]
+def width(share: float, name: str, missing: float = 10.0) -> float:
+    low, high = parameter_intervals(*fitted(share, missing))[name]
     return high - low
 
 
@@ -38,10 +38,14 @@ def test_budget_is_the_share_of_the_movement():
 
 
 def test_model_error_widens_intervals_as_repeated_errors():
-    _, found = fitted(0.2)
-    repeated = 0.2 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
+    _, found = fitted(5.0, 0.0)
+    repeated = 5.0 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
     # The error of the stamps widens it a little more.
-    assert width(0.2, "level") >= width(0.0, "level") * np.sqrt(1.0 + repeated**2) * 0.99
+    assert width(5.0, "level", 0.0) >= width(0.0, "level", 0.0) * np.sqrt(1.0 + repeated**2) * 0.99
+
+
+def test_what_a_fit_leaves_widens_intervals():
+    assert width(0.0, "level", 10.0) > 2.0 * width(0.0, "level", 0.0)
 
 
 def test_interval_covers_values_that_look_alike():

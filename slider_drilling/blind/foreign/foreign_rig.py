@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.blind.foreign.instruments import SHEAVE_REVERSAL_SPEED
+from slider_drilling.blind.foreign.instruments import sheave_friction
 from slider_drilling.blind.foreign.plant import ForeignPlant, slow_changes
 from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.drillstring import GroundTruth, InitialState, Modifiers, VirtualRig
@@ -44,7 +44,7 @@ class ForeignRig(VirtualRig):
     def _as_read(self, truth: GroundTruth) -> GroundTruth:
         structure = self._structure
         if truth.time >= self._held_until:
-            friction = structure.deadline_hysteresis * math.tanh(self._drives.block_speed / SHEAVE_REVERSAL_SPEED)
+            friction = structure.deadline_hysteresis * float(sheave_friction(np.asarray(self._drives.block_speed)))
             self._held = truth.hook_load * (1.0 + structure.hook_load_gain) + structure.hook_load_offset - friction
             self._held_until = truth.time + structure.held_hook_load - 0.5 * self.interval
         return replace(truth, hook_load=self._held)

@@ -10,7 +10,9 @@ from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.kernel_arrays import Array
 
-SHEAVE_REVERSAL_SPEED = 5e-4  # m/s of block speed, below which the friction of the sheaves is not fully turned round
+# m/s of block speed at which half of the sheaves' friction acts: line and bearings wind up first. Another form, and
+# another speed, than the diagnosis calibrates (`diagnosis.drill_string.direction_of_block`).
+SHEAVE_REVERSAL_SPEED = 1e-3
 
 
 def as_read(
@@ -39,10 +41,15 @@ def as_read(
         angle = np.round(angle / step) * step
     seen = replace(commands, top_drive_angle=angle, top_drive_speed=late(driven[:, 1]))
     hook_load = response.hook_load * (1.0 + structure.hook_load_gain) + structure.hook_load_offset
-    hook_load = hook_load - structure.deadline_hysteresis * np.tanh(commands.block_speed / SHEAVE_REVERSAL_SPEED)
+    hook_load = hook_load - structure.deadline_hysteresis * sheave_friction(commands.block_speed)
     if structure.held_hook_load > 0.0:
         hook_load = np.interp(np.floor(time / structure.held_hook_load) * structure.held_hook_load, time, hook_load)
     return seen, replace(
         response, surface_torque=late(response.surface_torque), hook_load=hook_load,
         standpipe_pressure=late(response.standpipe_pressure),
     )  # fmt: skip
+
+
+def sheave_friction(block_speed: Array) -> Array:
+    """Share (n,) of the sheaves' friction that acts, from -1 to 1; block_speed: m/s, positive lowers."""
+    return np.asarray(block_speed / (np.abs(block_speed) + SHEAVE_REVERSAL_SPEED))

@@ -37,9 +37,10 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
     """Covariance of the parameters that the model's own error adds.
 
     An error of the model repeats with the excitation: it does not average out as noise does. In a channel of n samples
-    it counts as `INDEPENDENT_ERRORS` numbers, each of which acts on its share of the samples together. A time stamp may
-    be wrong by up to half a sampling interval, for all samples of a channel alike: recorders stamp a sample when they
-    read it, send it or store it.
+    it counts as `INDEPENDENT_ERRORS` numbers, each of which acts on its share of the samples together. It is as large
+    as the budget says, or as what the fit leaves beyond the noise, if that is more. A time stamp may be wrong by up to
+    half a sampling interval, for all samples of a channel alike: recorders stamp a sample when they read it, send it or
+    store it.
 
     Args:
         problem: The problem.
@@ -48,13 +49,14 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
         covariance: (p, p) of the parameters by noise alone.
 
     Returns:
-        (p, p), zero where no channel has a model error.
+        (p, p), zero where no channel has a model error and the fit leaves noise alone.
     """
     information = np.zeros_like(covariance)
     for piece in problem.pieces:
         own = rows[:, piece.rows]
         repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
-        information += _error_size(piece, fitted.simulated) ** 2 * repeated * (own @ own.T)
+        error = max(_error_size(piece, fitted.simulated) ** 2, _left_beyond_noise(piece, fitted))
+        information += error * repeated * (own @ own.T)
         late = own @ _half_a_sample_late(piece, fitted.simulated)
         information += np.outer(late, late)
     return np.asarray(covariance @ information @ covariance)
@@ -67,6 +69,12 @@ def _half_a_sample_late(piece: Piece, simulated: Array) -> Array:
         return np.zeros(time.size)
     deviation = float(np.median(np.diff(time))) / np.sqrt(12.0)
     return np.asarray(deviation * np.gradient(simulated[piece.rows], time))
+
+
+def _left_beyond_noise(piece: Piece, fitted: Fit) -> float:
+    """E^2 - 1 that the fit leaves in one channel of one run, 0 if it leaves no more than white noise would."""
+    squares = fitted.residual[piece.rows] ** 2
+    return max(float(np.mean(squares)) - 1.0 - 3.0 * float(np.sqrt(2.0 / squares.size)), 0.0)
 
 
 def _error_size(piece: Piece, simulated: Array) -> float:
