@@ -218,7 +218,8 @@ def test_next_manoeuvres_can_be_simulated(tmp_path):
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
                                    "flow off over time", "bit torque per weight over time", "friction over slip speed",
                                    "friction over rest", "rock over time",
-                                   "asperities turned across the pipe"])  # fmt: skip
+                                   "asperities turned across the pipe",
+                                   "contact compliance before it slides"])  # fmt: skip
 def test_free_forms_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
@@ -253,17 +254,17 @@ def test_free_form_curve_is_its_laws_curve(tmp_path):
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
 def test_disturbed_contact_is_the_files_at_zero(orientation):
-    """Asperities turn by what the rival asks for, never beyond lying along or across."""
+    """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""
     file = short_rig().contact
     contact = replace(file, asperity=replace(file.asperity, orientation=orientation))
-    assert contact_with(contact, {"friction_1": 1.1}) == contact
-    same = contact_with(contact, {"moved.across": 0.0})
+    assert contact_with(contact, {"friction_1": 1.1}) is contact
+    same = contact_with(contact, {"moved.across": 0.0, "moved.give": 0.0})
     assert same.asperity.orientation == pytest.approx(orientation) and same.stiffness == contact.stiffness
     for across in (-1.0, 1.0):
         turned = contact_with(contact, {"moved.across": across}).asperity.orientation
         assert abs(np.sin(turned)) == pytest.approx(1.0 if across > 0.0 else 0.0, abs=1e-9)
         assert abs(turned - orientation) <= 0.5 * np.pi
-    assert contact_with(contact, {"contact_compliance": 2.0}).stiffness == pytest.approx(0.5 * contact.stiffness)
+    assert contact_with(contact, {"moved.give": 1.0}).stiffness == pytest.approx(0.5 * contact.stiffness)
 
 
 @pytest.mark.parametrize("name", [*CATALOGUE_LAWS, *OUTSIDE_LAWS])

@@ -22,7 +22,7 @@ _PREFIX = "moved."  # of all coefficients
 _ANGLE, _BLOCK, _SHARE = f"{_PREFIX}angle_", f"{_PREFIX}block_", f"{_PREFIX}angle_share"
 _FRICTION, _AROUND = f"{_PREFIX}friction_", f"{_PREFIX}friction_at_"
 _PUMP, _BITE = f"{_PREFIX}pump_", f"{_PREFIX}bite_"
-_ACROSS = f"{_PREFIX}across"
+_ACROSS, _GIVE = f"{_PREFIX}across", f"{_PREFIX}give"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 _NOTHING_LEFT = -1.0  # lower bound of a share: friction or flow cannot be negative
@@ -39,7 +39,7 @@ def catalogue_free_forms(
         duration: s, of the longest run.
         contact: The rig file's.
     """
-    forms = [*_friction(values, probes, duration), _asperities(values, contact), *_motion(values, duration)]
+    forms = [*_friction(values, probes, duration), *_asperities(values, contact), *_motion(values, duration)]
     if "formation_change.factor" not in values:
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
         sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
@@ -77,26 +77,30 @@ def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], 
     return forms
 
 
-def _asperities(values: Values, contact: Contact) -> FreeForm:
-    """The property of the contact that is not calibrated: the direction of its asperities."""
+def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
+    """Properties of the contact that are not calibrated: direction of its asperities, compliance before it slides."""
     across = _share_across(contact)
     direction = (Parameter(_ACROSS, 0.0, -across, 1.0 - across, 0.05),)
-    step = 0.05 if across < 0.5 else -0.05
-    sets = [{_ACROSS: step}]
-    return _form("contact", "asperities turned across the pipe", (), [0.0], "-", values, sets, step, direction)
+    compliance = (Parameter(_GIVE, 0.0, -0.95, 20.0, 0.2),)
+    return [
+        _form("contact", description, (), [0.0], "-", values, [{parameters[0].name: step}], step, parameters)
+        for description, parameters, step in (
+            ("asperities turned across the pipe", direction, 0.05 if across < 0.5 else -0.05),
+            ("contact compliance before it slides", compliance, 0.1),
+        )
+    ]
 
 
 def contact_with(contact: Contact, values: Values) -> Contact:
-    """The contact with its asperities turned, and with the calibrated compliance before it slides."""
-    stiffness = contact.stiffness / values.get("contact_compliance", 1.0)
-    if _ACROSS not in values:
-        return replace(contact, stiffness=stiffness)
+    """The contact with its asperities turned, and with another compliance before it slides."""
+    if _ACROSS not in values and _GIVE not in values:
+        return contact
     angle, before = contact.asperity.orientation, _share_across(contact)
-    after = float(np.clip(before + values[_ACROSS], 0.0, 1.0))
+    after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
     turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
     away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
     asperity = replace(contact.asperity, orientation=angle + away * turned)
-    return replace(contact, asperity=asperity, stiffness=stiffness)
+    return replace(contact, asperity=asperity, stiffness=contact.stiffness / (1.0 + values.get(_GIVE, 0.0)))
 
 
 def _share_across(contact: Contact) -> float:

@@ -24,7 +24,6 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     intervals = range(max(len(rig.well.friction_intervals), 2 if torque_only else 1))
     parameters = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
     parameters += [
-        contact_compliance(),
         Parameter("torsional_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5),
         Parameter("start_twist", 0.0, -60.0, 60.0, 0.2, "rad", spread=5.0, per_run=True),
     ]
@@ -43,15 +42,6 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
         parameters.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
     # What the rig file assumes, it may be wrong in by its own spread.
     return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
-
-
-def contact_compliance() -> Parameter:
-    """How far the contact gives before it slides, over the rig file's: no paper tells it of a hole.
-
-    Measured pre-sliding lengths of steel on rock and mud cake range over more than a decade, from the almost rigid
-    contact of Coulomb's law up (Astrom and Canudas de Wit, IEEE Control Systems Magazine 28, 2008).
-    """
-    return Parameter("contact_compliance", 1.0, 0.05, 10.0, 0.2, spread=0.7)
 
 
 def reading_parameters() -> tuple[Parameter, ...]:
