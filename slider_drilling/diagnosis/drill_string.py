@@ -15,6 +15,7 @@ from slider_drilling.diagnosis.free_forms import (
     disturbance_key,
     disturbed_commands,
     friction_factor,
+    turning_difference,
 )
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.nuisance import reading_parameters
@@ -23,7 +24,7 @@ from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Commands, InitialState, Observer, Response, simulate_batch
+from slider_drilling.drillstring import Commands, InitialState, Modifiers, Observer, Response, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import (
     Array,
@@ -211,7 +212,8 @@ class DrillString:
         return simulate_batch(
             [rig_with(self.rig, values) for values in sets], commands, elements,
             [initial_state_with(values, inputs.initial_state) for values in sets],
-            workers=None, observer=observer, friction_factor=friction_factor(commands, disturbance),
+            [Modifiers(turning_difference=turning_difference(disturbance))] * len(sets), workers=None,
+            observer=observer, friction_factor=friction_factor(commands, disturbance),
             acceleration=inputs.acceleration, bit_torque_factor=bit_torque_factor(commands, disturbance),
             block_offset=self._block_offset(run, sets), single_precision=True,
         )  # fmt: skip
@@ -223,7 +225,8 @@ class DrillString:
             commands = user.commands(commands, values)
         return simulate_batch(
             [rig], commands, elements, [initial_state_with(values, inputs.initial_state)],
-            [combined_modifiers(users, rig, elements, values)], observer=observer,
+            [replace(combined_modifiers(users, rig, elements, values), turning_difference=turning_difference(values))],
+            observer=observer,
             friction_factor=friction_factor(commands, values), acceleration=inputs.acceleration,
             bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,

@@ -21,6 +21,7 @@ _QUARTERS = 4  # of a turn: knots of friction over the pipe's angle
 _PREFIX = "moved."  # of all coefficients
 _ANGLE, _BLOCK, _SHARE = f"{_PREFIX}angle_", f"{_PREFIX}block_", f"{_PREFIX}angle_share"
 _FRICTION, _AROUND = f"{_PREFIX}friction_", f"{_PREFIX}friction_at_"
+_TURNING = f"{_PREFIX}turning_difference"
 _PUMP, _BITE = f"{_PREFIX}pump_", f"{_PREFIX}bite_"
 _ACROSS, _GIVE = f"{_PREFIX}across", f"{_PREFIX}give"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
@@ -49,7 +50,7 @@ def catalogue_free_forms(
 
 
 def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float) -> list[FreeForm]:
-    """Friction over depth, time, the pipe's angle, slip speed and rest time."""
+    """Friction over depth, time, the pipe's angle, direction of turning, slip speed and rest time."""
     depths = [0.5 * (low + high) for _, low, high in probes]
     depth_laws = ("cuttings_bed", "tortuosity", "buckling_contact")
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
@@ -65,6 +66,9 @@ def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], 
         shares = tuple(Parameter(f"{prefix}{k}", 0.0, -0.9, 3.0, 0.05, spread=0.5) for k in range(x.size))
         sets = [{share.name: 0.02} for share in shares]
         forms.append(_form("contact", description, laws, list(x), unit, values, sets, 0.02, shares, period))
+    right = (Parameter(_TURNING, 0.0, -0.8, 0.8, 0.05, spread=0.5),)
+    sets = [{_TURNING: 0.02}]
+    forms.append(_form("contact", "friction larger one way round", (), [0.0], "-", values, sets, 0.02, right))
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
         speed_laws = ("stribeck", "viscous_drag")
@@ -163,6 +167,11 @@ def friction_factor(commands: Commands, values: Values) -> Array | None:
     by_angle = [values.get(f"{_AROUND}{k % _QUARTERS}", 0.0) for k in range(_QUARTERS + 1)]
     angle_part = np.interp(commands.top_drive_angle / (2.0 * np.pi) % 1.0, knots, by_angle)
     return np.asarray(1.0 + _line(commands.time, values, _FRICTION) + angle_part)
+
+
+def turning_difference(values: Values) -> float:
+    """Share by which friction is larger while an element turns right (`slider_drilling.drillstring.Modifiers`)."""
+    return values.get(_TURNING, 0.0)
 
 
 def bit_torque_factor(commands: Commands, values: Values) -> Array | None:

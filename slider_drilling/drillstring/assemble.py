@@ -42,11 +42,13 @@ class Modifiers:
         friction_factor: Multiplies friction.
         extra_curvature: rad/m; adds the side force ``|T| curvature``.
         axial_force: N, added along the hole, positive downhole.
+        turning_difference: Share by which friction is larger while an element turns right, and smaller turning left.
     """
 
     friction_factor: Array | float = 1.0
     extra_curvature: Array | float = 0.0
     axial_force: Array | float = 0.0
+    turning_difference: Array | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -189,6 +191,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
         rest_speed=np.full(mesh.count, effects.static_aging.rest_speed),
         per_slip_distance=np.full(mesh.count, 1.0 / effects.static_aging.slip_distance),
         drift_rate=np.full(mesh.count, effects.friction_drift.rate),
+        turning_difference=np.zeros(mesh.count) + extra.turning_difference,
     )
 
 

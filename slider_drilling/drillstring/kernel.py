@@ -34,6 +34,7 @@ from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, 
 
 _TINY = 1e-30  # m2; a strain this small has no direction
 _MAX_DECAY = 1e6  # exponent of a strain's decay in one step: nothing is left of the strain, and powers stay finite
+_CREEP = 5e-4  # m/s around the hole, at which friction that is larger one way round is so by half
 _MIN_FACTOR = 1e-9  # of friction; at zero the length over which a strain decays would be zero
 
 
@@ -175,18 +176,20 @@ def slipped_part(stretch, relative_strain, exponent):
 
 @njit(**INLINED_JIT_OPTIONS)
 def scale_friction_with_speed(
-    count, time, drop, per_speed, drift_rate, radius, base, speed, rotation_speed, per_sliding_length
+    count, time, drop, per_speed, drift_rate, turning, radius, base, speed, rotation_speed, per_sliding_length
 ):  # fmt: skip
-    """Friction times ``(1 + drop exp(-v / v_s)) (1 + rate t)``: effects `stribeck` and `friction_drift`.
+    """Friction times ``(1 + drop exp(-v / v_s)) (1 + rate t) (1 + d v_t / (|v_t| + creep))``.
 
-    One division serves both, and the result is bit for bit the base where both are off.
+    Effects `stribeck` and `friction_drift`, and friction that is larger one way round (`Modifiers`). The result is bit
+    for bit the base where all are off.
     """
     real = speed.dtype.type
-    time, one, least = real(time), real(1.0), real(_MIN_FACTOR)
+    time, one, least, creep = real(time), real(1.0), real(_MIN_FACTOR), real(_CREEP)
     for j in range(count):
         across = radius[j] * rotation_speed[j]
         fast = fast_exp(fast_sqrt(speed[j] * speed[j] + across * across) * per_speed[j], real)
-        factor = max((fast + drop[j]) * (one + drift_rate[j] * time), least * fast)
+        way_round = one + turning[j] * (across * fast_reciprocal(abs(across) + creep, real))
+        factor = max((fast + drop[j]) * ((one + drift_rate[j] * time) * way_round), least * fast)
         per_sliding_length[j] = base[j] * (one - (factor - fast) * fast_reciprocal(factor, real))
 
 
@@ -279,8 +282,8 @@ def advance(
             solve_bit(lanes, elements, dt, time, pump, a[8] + u * (b[8] - a[8]), e, c, s)
             if speed_dependent:
                 scale_friction_with_speed(
-                    count, time, e.stribeck_drop, e.per_stribeck_speed, e.drift_rate, e.radius, e.per_sliding_length,
-                    s.speed, s.rotation_speed, s.per_sliding_length,
+                    count, time, e.stribeck_drop, e.per_stribeck_speed, e.drift_rate, e.turning_difference, e.radius,
+                    e.per_sliding_length, s.speed, s.rotation_speed, s.per_sliding_length,
                 )  # fmt: skip
             elif rest_dependent:
                 reset_friction(count, e.per_sliding_length, s.per_sliding_length)

@@ -89,6 +89,7 @@ class Elements(NamedTuple):
     rest_speed: Array  # m/s
     per_slip_distance: Array  # 1/m
     drift_rate: Array  # 1/s
+    turning_difference: Array  # -, share by which friction is larger while the element turns right
 
 
 class FrictionCurve(NamedTuple):

@@ -225,7 +225,8 @@ class LaneBlock:
         self._nominal = self.elements.per_sliding_length.copy()
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
         self.curve = assemble.friction_curve(rigs[0].contact)
-        self.speed_dependent = bool(np.any(self.elements.stribeck_drop) or np.any(self.elements.drift_rate))
+        e = self.elements
+        self.speed_dependent = bool(np.any(e.stribeck_drop) or np.any(e.drift_rate) or np.any(e.turning_difference))
         self.rest_dependent = bool(np.any(self.elements.aging_growth))
         self.single = single
         self.state: KernelState | None = None

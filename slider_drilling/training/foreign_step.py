@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from slider_drilling.blind.foreign import kernel
 from slider_drilling.blind.foreign.instruments import SHEAVE_REVERSAL_SPEED
 from slider_drilling.drillstring.kernel_arrays import CHANNELS
