@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
-from slider_drilling.diagnosis.catalogue import SEA_WAVE_PERIODS_S, catalogue, static_aging_with_slip_distance
+from slider_drilling.diagnosis.catalogue import catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
+from slider_drilling.diagnosis.hook_load_lines import tool_frequencies, wave_periods
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, check_user_effects, checked_effect
 from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
-from slider_drilling.gap.model import Array, Effect, LoggedRun, Parameter
-from slider_drilling.gap.problem.spectral_lines import LINE_FALSE_ALARM, peak_is_significant, resample_evenly
+from slider_drilling.gap.model import Effect, LoggedRun, Parameter
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
@@ -25,11 +25,6 @@ from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
 
-# Hz. Above this neither rocking nor the sea moves a hook load; vibrating tools are within the range.
-_FAST_HZ, _TOOLS_HZ = 0.4, (5.0, 30.0)
-# Spectra are padded to this many times the log's length, for a finer grid of frequencies.
-_PADDING = 8
-_MIN_SPECTRUM = 400  # samples
 # Effects that show only together in stick-slip: the drive's own torque, and friction that falls with speed and grows
 # at rest.
 STICK_SLIP_EFFECTS = ("torque_at_motor", "stribeck", "static_aging")
@@ -150,44 +145,3 @@ def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
     """Band, Hz, of the first torsional modes, fixed at the top and free at the bit: (2 k - 1) c / (4 L)."""
     first = rig.string.twist_speed / (4.0 * rig.string.length)
     return (("first torsional modes", 0.5 * first, 6.0 * first),)
-
-
-def wave_periods(run: LoggedRun) -> tuple[float, ...]:
-    """Periods, s, of the highest spectral peaks of hook load (else torque) between 4 and 40 s: where heave may be."""
-    frequency, power = _spectrum(run)
-    inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
-    peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
-    peaks.sort(key=lambda i: -power[i])
-    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else SEA_WAVE_PERIODS_S
-
-
-def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
-    """Frequencies, Hz, that an axial oscillation tool may have by the strongest fast line of the first hook load.
-
-    Hook loads are sampled more slowly than such a tool vibrates, so the line may be an alias: all frequencies that it
-    can stand for are returned. Empty if no line is significant.
-    """
-    with_hook_load = next((run for run in runs if any(channel.name == "hook_load" for channel in run.channels)), None)
-    if with_hook_load is None:
-        return ()
-    frequency, power = _spectrum(with_hook_load)
-    fast = frequency > _FAST_HZ
-    if not fast.any() or not peak_is_significant(power[fast], _PADDING, LINE_FALSE_ALARM):
-        return ()
-    line = float(frequency[fast][np.argmax(power[fast])])
-    rate = 2.0 * float(frequency[-1])
-    aliases = {abs(multiple * rate + sign * line) for multiple in range(4) for sign in (-1.0, 1.0)}
-    return tuple(sorted(alias for alias in aliases if _TOOLS_HZ[0] < alias < _TOOLS_HZ[1]))
-
-
-def _spectrum(run: LoggedRun) -> tuple[Array, Array]:
-    """Frequencies, Hz, and power of the detrended hook load (else torque); empty if the record is too short."""
-    by_name = {channel.name: channel for channel in run.channels}
-    channel = by_name.get("hook_load") or by_name.get("surface_torque")
-    if channel is None or channel.time.size < _MIN_SPECTRUM:
-        return np.empty(0), np.empty(0)
-    interval, time, measured = resample_evenly(channel.time, channel.measured)
-    padded = _PADDING * time.size
-    trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
-    power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2
-    return np.asarray(np.fft.rfftfreq(padded, interval), dtype=np.float64), np.asarray(power, dtype=np.float64)

@@ -18,6 +18,7 @@ from slider_drilling.gap.results.sentence import verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.calibration import calibrate
 from slider_drilling.gap.selection.forward_selection import add_effect
+from slider_drilling.gap.selection.naming_criteria import Evidence, Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, SearchState
 from slider_drilling.gap.selection.verdict import reach_verdict
@@ -119,11 +120,24 @@ class GapDiagnosis:
 
     @property
     def suspected(self) -> tuple[CandidateResult, ...]:
-        """Effects with evidence that are too small to be named, as the last step that tested each found them."""
+        """Effects with evidence that are too small to be named, as the last step that tested each found them.
+
+        Those that the verdict withdrew because they leave more than they close are among them.
+        """
         last = {
             candidate.effect.name: candidate for step in self.state.steps for candidate in step.candidates
         }  # fmt: skip
-        return tuple(each for each in last.values() if each.too_small and each.effect.name not in self.effects)
+        return tuple(
+            each for each in last.values()
+            if each.effect.name not in self.effects and (each.too_small or self._withdrawn_for_size(each))
+        )  # fmt: skip
+
+    def _withdrawn_for_size(self, candidate: CandidateResult) -> bool:
+        if not candidate.passed or self.effects:
+            return False
+        evidence = Evidence(self.state, self.state.calibrated, candidate.fitted)
+        failed = failed_criteria(Stage.VERDICT, evidence)
+        return bool(failed) and all(each.kind is Kind.SIZE for each in failed)
 
     @property
     def candidates(self) -> tuple[CandidateResult, ...]:

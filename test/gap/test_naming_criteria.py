@@ -23,6 +23,7 @@ from slider_drilling.gap.selection.naming_criteria import (
     CRITERIA,
     MIN_GAP,
     MIN_GAP_CLOSED,
+    MIN_SHARE_OF_CAUSE,
     Evidence,
     Kind,
     Stage,
@@ -135,6 +136,11 @@ def closes(times: float) -> Evidence:
     return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
 
 
+def closes_most(times: float) -> Evidence:
+    after = 3.0 - times * MIN_SHARE_OF_CAUSE * 2.0
+    return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
+
+
 def is_physical(times: float) -> Evidence:
     sine = replace(SINE, physical=(1.0, 9.0), nonphysical="a cosine")
     fitted = model(scored(), effects=(sine,))
@@ -206,6 +212,7 @@ AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
     "beyond the model's error": exceeds_model_error,
     "material": is_material,
     "gap reduction relevant": closes,
+    "closes most of the gap": closes_most,
     "sign and size physical": is_physical,
     "relevant after calibration": closes_of_calibrated,
     "gap reduction significant in other runs": in_other_runs(shrinks),

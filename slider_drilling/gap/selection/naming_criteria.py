@@ -49,6 +49,11 @@ _SHARED_LEVEL = f"{100.0 * LEVEL:g} % divided by the number of candidates"
 MIN_GAP = 0.2
 
 
+# Smallest share of the calibrated gap beyond the noise, E^2 - 1, that all named effects close together. A law that
+# leaves more than it closes is not the cause, but something like it.
+MIN_SHARE_OF_CAUSE = 0.5
+
+
 class Kind(Enum):
     """What a rule asks. An effect that fails rules of size alone has evidence, and is reported as suspected."""
 
@@ -269,6 +274,13 @@ def _is_material(evidence: Evidence) -> bool:
     return True
 
 
+def _closes_most(evidence: Evidence) -> bool:
+    """Whether less is left of the calibrated gap beyond the noise than is closed; true where there is none."""
+    before = evidence.without.score.gap**2 - 1.0
+    after = max(evidence.fitted.score.gap**2 - 1.0, 0.0)
+    return before <= 0.0 or after <= (1.0 - MIN_SHARE_OF_CAUSE) * before
+
+
 def _nonphysical(evidence: Evidence) -> list[str]:
     values = evidence.fitted.fit.values
     return [effect.nonphysical for effect in evidence.new_effects if not effect.is_physical(values)]
@@ -420,6 +432,16 @@ CRITERIA: tuple[Criterion, ...] = (
         message=f"too small: closes less than {_PERCENT} of the gap",
         reason="In a long log a tiny change is significant. No simulator is exact, and nobody acts on so little.",
         passes=_closes_enough,
+        kind=Kind.SIZE,
+    ),
+    Criterion(
+        name="closes most of the gap",
+        stages=(Stage.VERDICT,),
+        test="E^2 - 1 that calibration leaves, with and without all named effects",
+        threshold=f"at least {100.0 * MIN_SHARE_OF_CAUSE:g} % closed (MIN_SHARE_OF_CAUSE)",
+        message="leaves more of the gap than it closes",
+        reason="A law that acts at the right place but in another way closes part of a gap. Its name would be wrong.",
+        passes=_closes_most,
         kind=Kind.SIZE,
     ),
     Criterion(

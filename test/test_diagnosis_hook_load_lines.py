@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.build_model import tool_frequencies
+from slider_drilling.diagnosis.hook_load_lines import tool_frequencies
 from slider_drilling.gap.model import Channel, LoggedRun
 
 RATE_HZ = 10.0
@@ -48,3 +48,23 @@ def test_first_hook_load_is_used():
     torque = replace(shaken, channels=(replace(channel, name="surface_torque"),))
     assert tool_frequencies([torque]) == ()
     assert tool_frequencies([torque, shaken]) == tool_frequencies([shaken]) != ()
+
+
+def rocking_hook_load(seed: int, period: float, line: float = 0.0) -> LoggedRun:
+    """Hook load that answers rocking with all its harmonics and wandering friction, and a line of its own."""
+    random, time = np.random.default_rng(seed), np.arange(0.0, 400.0, 1.0 / RATE_HZ)
+    angle = 12.0 * np.sin(2.0 * np.pi * time / period)
+    answer = 5.0 * np.abs(np.cos(2.0 * np.pi * time / period)) + 3.0 * np.tanh(angle)
+    wander = np.cumsum(random.normal(0.0, 0.02, time.size))
+    reading = answer + wander + random.normal(0.0, 1.0, time.size) + 3.0 * np.sin(2.0 * np.pi * line * time)
+    return LoggedRun("log", time, angle, (Channel("hook_load", time, reading, "N"),))
+
+
+@pytest.mark.parametrize("period", [12.0, 17.3, 31.0])
+def test_rocking_alone_shows_no_tool(period):
+    assert all(tool_frequencies([rocking_hook_load(seed, period)]) == () for seed in range(10))
+
+
+def test_slow_line_stands_for_its_aliases():
+    found = tool_frequencies([rocking_hook_load(1, 17.3, line=10.102)])
+    assert min(abs(hertz - 10.102) for hertz in found) < 0.002
