@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from slider_drilling.diagnosis.catalogue import SEA_WAVE_PERIODS_S
@@ -66,7 +67,7 @@ def _fast_line(frequency: Array, power: Array) -> float | None:
     return float(frequency[fast][np.argmax(power[fast])])
 
 
-def _slow_line(frequency: Array, power: Array, own: Array) -> float | None:
+def _slow_line(frequency: Array, power: Array, own: NDArray[np.bool_]) -> float | None:
     """Hz of the slower line that stands out most from the power around it; own: (n,) where the rocking has none."""
     width = 2 * round(_NEIGHBOURS_HZ / frequency[1]) + 1
     prominence = power / np.maximum(median_filter(power, width), np.finfo(float).tiny)
@@ -77,7 +78,7 @@ def _slow_line(frequency: Array, power: Array, own: Array) -> float | None:
     return float(frequency[best]) if prominence[best] > _STANDS_OUT else None
 
 
-def _near_rocking(frequency: Array, run: LoggedRun) -> Array:
+def _near_rocking(frequency: Array, run: LoggedRun) -> NDArray[np.bool_]:
     """(n,) whether a frequency is within the resolution of a multiple of the rocking's own."""
     interval, time, angle = resample_evenly(run.time, run.excitation)
     padded = _PADDING * time.size
