@@ -168,7 +168,7 @@ def test_the_default_executor_gives_the_same_run(runs, alone, tmp_path, monkeypa
 
     from slider_drilling.nodes import spin
 
-    monkeypatch.setattr(spin, "make_executor", SingleThreadedExecutor)
+    monkeypatch.setattr(spin, "make_executor", lambda supported: SingleThreadedExecutor())
     outcome = run_session(
         SessionOptions(duration=5.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
     )

@@ -140,6 +140,7 @@ def test_silent_rig_is_reported(make_twin, heard, monkeypatch):
     node = make_twin()
     feed(node, 1000.0, 6.0)
     monkeypatch.setattr(node._watchdog, "silent_for", lambda stale_after: 7.0)
+    monkeypatch.setattr(node._watchdog, "tick", lambda: False)
     node._advance()
     assert heard[-1]["measurements"] == Status(Level.ERROR, "measurements", "the rig is silent since 7 s")
     count = len(heard)
