@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -201,6 +202,32 @@ def sentence(*parts: Text | Quantity) -> Sentence:
     for part in parts:
         flat += part.parts if isinstance(part, Sentence) else [part]
     return Sentence(tuple(flat))
+
+
+_WITH_UNIT = re.compile(
+    r"(?<![\w.])([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)((?: to | / )[+-]?\d+(?:\.\d+)?)? "
+    rf"({'|'.join(sorted(map(re.escape, FIELD_UNITS), key=len, reverse=True))})(?![\w/])"
+)
+
+
+def quantities_in(text: str) -> Sentence:
+    """A text written in SI, such as a controller's message, with its numbers before a unit as quantities.
+
+    ``"reaches 2400 m of 3100 m"`` becomes a sentence that `FIELD` shows as "reaches 7874 ft of 10171 ft".
+    """
+    parts: list[str | Quantity] = []
+    end = 0
+    for found in _WITH_UNIT.finditer(text):
+        first, second, unit = found.groups()
+        parts.append(text[end : found.start()])
+        for number, between in ((first, ""), (second, second and second[: second.rindex(" ") + 1])):
+            if number:
+                plain = number.rpartition(" ")[2]
+                digits = max(len(re.sub(r"\D", "", plain.partition("e")[0]).lstrip("0")), 1)
+                sign = "+" if plain.startswith("+") else ""
+                parts += [(between or "") + sign, Quantity(float(plain), unit, digits)]
+        end = found.end()
+    return Sentence((*(part for part in parts if part != ""), text[end:]))
 
 
 SI = Units("si")

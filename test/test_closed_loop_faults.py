@@ -14,9 +14,10 @@ from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
 from slider_drilling.slide_scenarios import SCENARIOS, run_scenario
 from slider_drilling.slide_scenarios.fault_scenarios import FAULTS
-from slider_drilling.slide_scenarios.fault_table import HEADER, limits_for, outcome_of, terminal_row
+from slider_drilling.slide_scenarios.fault_table import limits_for, outcome_of, terminal_header, terminal_row
 from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.rig_faults import LostFlow, PluggedNozzle, SensorFault
+from slider_drilling.units import SI
 
 HOLD = next(scenario for scenario in SCENARIOS if scenario.name == "hold, 4.0 km")
 STILL = RigCommand(0.0, 0.0, 0.0, 12.3)
@@ -103,7 +104,8 @@ def test_row_says_where_a_limit_was_passed():
     heavy = dataclasses.replace(result, trace=dataclasses.replace(
         result.trace, weight_on_bit=result.trace.weight_on_bit + 2e5))
     assert outcome_of(result).within_limits and not outcome_of(heavy).within_limits
-    assert len(terminal_row(outcome_of(heavy))) == len(HEADER) and terminal_row(outcome_of(heavy))[-1] == "NO"
+    row = terminal_row(outcome_of(heavy), SI)
+    assert len(row) == len(terminal_header(SI)) and row[-1] == "NO"
 
 
 def test_faults_option_writes_table(tmp_path, monkeypatch):

@@ -5,7 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.units import FIELD, FIELD_UNITS, KINDS, SI, Quantity, format_number, sentence, split_label
+from slider_drilling.units import (
+    FIELD,
+    FIELD_UNITS,
+    KINDS,
+    SI,
+    Quantity,
+    format_number,
+    quantities_in,
+    sentence,
+    split_label,
+)
 
 
 @pytest.mark.parametrize(
@@ -68,3 +78,21 @@ def test_text_with_quantities_is_written_in_either_units() -> None:
 
 def test_plain_text_is_not_converted() -> None:
     assert FIELD.convert_text("well-4 m1 has 3 mud pumps at 2663 m") == "well-4 m1 has 3 mud pumps at 2663 m"
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("rocking reaches 2400 m of 3100 m", "rocking reaches 7874 ft of 10171 ft"),
+        ("torque +3.1 kN m, limit 10 / 6 bar", "torque +2286 ft lbf, limit 145 psi / 87 psi"),
+        ("MWD 12 s, friction factor 1.2, NC50 of 6.625 in", "MWD 12 s, friction factor 1.2, NC50 of 6.625 in"),
+        ("rock: 20 to 200 MN/m; 3 mm", "rock: 20 to 200 MN/m; 0.1 in"),
+    ],
+)
+def test_quantities_in_plain_text_are_converted(text: str, field: str) -> None:
+    assert FIELD.convert_text(quantities_in(text)) == field
+
+
+def test_plain_text_stays_in_si() -> None:
+    text = "weight 80 kN at 2400.5 m, -0.05 bar below +12 rad/s"
+    assert str(quantities_in(text)) == text

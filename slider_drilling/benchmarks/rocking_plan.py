@@ -1,8 +1,12 @@
-"""Rocking plans of random wells against full simulations of the slides: `python -m ...benchmarks.rocking_plan`."""
+"""Rocking plans of random wells against full simulations of the slides.
+
+`python -m slider_drilling.benchmarks.rocking_plan [WELLS [SEED]]`; another seed draws other wells.
+"""
 
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -23,11 +27,13 @@ _WEAK_SHARE = 0.5  # of the torque that turns the whole string
 
 @dataclass(frozen=True)
 class CheckedPlan:
-    """A well's plan with the bit at total depth, and its full simulation."""
+    """A well's plan with the bit at total depth, and its full simulation; processor time of each, s."""
 
     well: str
     row: PlanRow
     check: PlanCheck
+    plan_seconds: float
+    check_seconds: float
 
     @property
     def reach_error(self) -> float:
@@ -50,15 +56,19 @@ class CheckedPlan:
         return (self.row.weight_without_rocking - self.check.weight_without_rocking) / self.row.load.weight_on_bit
 
 
-def checked_plans(count: int = COUNT) -> Iterator[CheckedPlan]:
+def checked_plans(count: int = COUNT, first_seed: int = _FIRST_SEED) -> Iterator[CheckedPlan]:
     """Plans of wells drawn as those of the blind test are, one of each kind in turn; every other has weak connections.
     """
     base = load_rig()
     for number in range(count):
         kind = DEFAULT_WELLS[number % len(DEFAULT_WELLS)]
-        rig = WELLS[kind](np.random.default_rng(_FIRST_SEED + number), base)
-        row = plan_depth(rig, rig.string.length, _options(rig, weak=number % 2 == 1))
-        yield CheckedPlan(kind, row, check_row(rig, row))
+        rig = WELLS[kind](np.random.default_rng(first_seed + number), base)
+        options = _options(rig, weak=number % 2 == 1)
+        start = time.process_time()
+        row = plan_depth(rig, rig.string.length, options)
+        planned = time.process_time()
+        check = check_row(rig, row)
+        yield CheckedPlan(kind, row, check, planned - start, time.process_time() - planned)
 
 
 def _options(rig: Rig, weak: bool) -> PlanOptions:
@@ -76,7 +86,9 @@ def table(plans: Iterator[CheckedPlan]) -> Iterator[str]:
     yield ("| well | limited by | depth m | amplitude rad | period s | reach m | simulated | error % | closed form % "
            "| weight on bit kN | simulated | error % | without rocking kN | simulated |")  # fmt: skip
     yield "|---" * 14 + "|"
+    seconds = []
     for plan in plans:
+        seconds.append((plan.plan_seconds, plan.check_seconds))
         row, check = plan.row, plan.check
         yield (
             f"| {plan.well} | {row.limited_by} | {row.depth:.0f} | {row.amplitude:.2f} | {row.drive.period:.1f} | "
@@ -85,8 +97,10 @@ def table(plans: Iterator[CheckedPlan]) -> Iterator[str]:
             f"{check.rocked.weight_on_bit / 1e3:.1f} | {100 * plan.weight_error:+.1f} | "
             f"{row.weight_without_rocking / 1e3:.1f} | {check.weight_without_rocking / 1e3:.1f} |"
         )
+    planned, checked = np.mean(seconds, axis=0)
+    yield f"processor time of a depth, on average: plan {planned:.1f} s, full simulation {checked:.1f} s"
 
 
 if __name__ == "__main__":
-    for line in table(checked_plans(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT)):
+    for line in table(checked_plans(*map(int, sys.argv[1:3]))):
         print(line, flush=True)

@@ -93,7 +93,7 @@ def command(
     if faults:
         from slider_drilling.commands.closed_loop_faults import run_faults
 
-        run_faults(scenarios, name, sets, seed, elements, jobs, output, as_json_text)
+        run_faults(scenarios, name, sets, seed, elements, jobs, output, as_json_text, units)
         return 0
     if slide is not None:
         random_scenario, seed = drawn_scenario(slide, options)
@@ -182,6 +182,7 @@ def print_results(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
     from slider_drilling.console.streams import stdout
     from slider_drilling.slide_scenarios.contenders import UNDER_TEST
     from slider_drilling.slide_scenarios.report import information_costs, interlock_stops, terminal_header, terminal_row
+    from slider_drilling.units import quantities_in
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for index, label in enumerate(terminal_header(units)):
@@ -191,6 +192,7 @@ def print_results(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
     stdout().print(table)
     for row in rows:
         for time, name, message in interlock_stops(row):
-            stdout().print(f"{row[UNDER_TEST].scenario.name}, {time:.0f} s: {name}: {message}", markup=False)
+            said = units.convert_text(quantities_in(message))
+            stdout().print(f"{row[UNDER_TEST].scenario.name}, {time:.0f} s: {name}: {said}", markup=False)
     if sentence := information_costs(rows):
         stdout().print(sentence)

@@ -120,13 +120,14 @@ def _tree(made: NewRig) -> dict[str, object]:
 def _print(made: NewRig, units: Units) -> None:
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.rig_papers.assumed_table import assumed_rows
+    from slider_drilling.units import quantities_in
 
     for note in made.notes:
-        stderr().print(f"note: {note}")
+        stderr().print(f"note: {units.convert_text(quantities_in(note))}", markup=False)
     rows = assumed_rows(made.rig, units)
     stdout().print(f"{len(rows)} numbers are on no paper: usual values, +/- how far rigs lie from them, and why")
     for why in dict.fromkeys(row[-1] for row in rows):
-        stdout().print(f"{why}:")
+        stdout().print(f"{units.convert_text(quantities_in(why))}:", markup=False)
         for line in _aligned([row[:-1] for row in rows if row[-1] == why]):
             stdout().print(f"  {line}")
 

@@ -65,6 +65,7 @@ def command(
     from slider_drilling.console.streams import stderr
     from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.log import read_log
+    from slider_drilling.units import quantities_in
 
     make_folder(output)
     written = [output / f"torque_drag.{suffix}" for suffix in ("html", "png", "csv", "rig.yaml")]
@@ -77,7 +78,7 @@ def command(
     )  # fmt: skip
     result = replace(result, notes=(*remarks, *result.notes))
     for note in (*result.notes, *(result.calibration.notes if result.calibration else ())):
-        stderr().print(f"note: {note}")
+        stderr().print(f"note: {units.convert_text(quantities_in(str(note)))}", markup=False)
     write_and_print(result.tree() if as_json else None, lambda: _print(result, units),
                     lambda: result.save(output, units, survey_path is not None))  # fmt: skip
 

@@ -14,13 +14,13 @@ from slider_drilling.control.block.auto_driller import AutoDriller
 from slider_drilling.control.estimation.calibrated_rig import with_worn_motor
 from slider_drilling.control.load_supervision import WEIGHT_LIMIT_SHARE
 from slider_drilling.slide_scenarios.run import ScenarioResult
+from slider_drilling.units import Units, format_number
 
 SCHEMA = "slider_drilling/closed_loop_faults/1"
 # Statuses that a fault raises; the others follow from it or belong to the start of every slide.
 _REASONS = ("off_bottom_pressure", "load_channels", "weight_on_bit", "block_following", "circulation", "top_drive",
             "lock_up", "motor_stall", "draw_works", "surface_torque", "hook_load", "standpipe_pressure",
             "mwd_tool_face")
-HEADER = ("fault", "stops\ns", "status", "weight\nkN", "pressure\nbar", "torque\nkN m", "within\nlimits")
 
 
 @dataclass(frozen=True)
@@ -110,11 +110,20 @@ def _drilling_error(result: ScenarioResult) -> float:
     return float(np.mean(np.abs(error)))
 
 
-def terminal_row(outcome: FaultOutcome) -> tuple[str, ...]:
-    """One line of the terminal's table: a cell for each of `HEADER`."""
+def terminal_header(units: Units) -> tuple[str, ...]:
+    """Column labels over `terminal_row`."""
+    weight, pressure, torque = (units.display_unit(unit) for unit in ("kN", "bar", "kN m"))
+    return ("fault", "stops\ns", "status", f"weight\n{weight}", f"pressure\n{pressure}", f"torque\n{torque}",
+            "within\nlimits")  # fmt: skip
+
+
+def terminal_row(outcome: FaultOutcome, units: Units) -> tuple[str, ...]:
+    """One line of the terminal's table: a cell for each of `terminal_header`."""
+    right, left = (format_number(units.convert(torque / 1e3, "kN m"))
+                   for torque in (outcome.make_up_n_m, outcome.back_off_n_m))  # fmt: skip
     return (outcome.name, "-" if outcome.stopped_at_s is None else f"{outcome.stopped_at_s:.0f}", outcome.status or "-",
-            f"{outcome.peak_weight_n / 1e3:.0f}", f"{outcome.peak_pressure_pa / 1e5:.1f}",
-            f"{outcome.make_up_n_m / 1e3:.1f} / {outcome.back_off_n_m / 1e3:.1f}",
+            format_number(units.convert(outcome.peak_weight_n / 1e3, "kN")),
+            format_number(units.convert(outcome.peak_pressure_pa / 1e5, "bar")), f"{right} / {left}",
             "yes" if outcome.within_limits else "NO")
 
 

@@ -14,6 +14,7 @@ from slider_drilling.slide_scenarios.contenders import ABOUT, BASELINES, INFORME
 from slider_drilling.slide_scenarios.report import information_costs, set_after
 from slider_drilling.slide_scenarios.run import ScenarioResult
 from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SET_TIME, TOLERANCE_DEG, error_deg
+from slider_drilling.units import quantities_in
 
 _CONTROL_HEADER = ("scenario", "well", "mean error, deg", "95 % below, deg", "within 15 deg, %", "set after, s")
 _DRILLING_HEADER = ("scenario", "peak torque, kN m", "spread of weight on bit, kN", "rate of penetration, m/h")
@@ -105,7 +106,9 @@ def _scenario(row: dict[str, ScenarioResult]) -> Section:
     items: list[str | Chart | Table] = [scenario.about, scenario_chart(row)]
     events = row[UNDER_TEST].trace.events
     if events:
-        lines = tuple((time, level, name.replace("_", " "), message) for time, level, name, message in events)
+        lines = tuple(
+            (time, level, name.replace("_", " "), quantities_in(message)) for time, level, name, message in events
+        )
         items.append(Table(("time, s", "level", "status", "message"), lines, "Messages of the controller"))
     return Section(scenario.name, tuple(items), collapsed=True)
 
