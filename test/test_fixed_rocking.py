@@ -140,3 +140,9 @@ def test_settings_have_unit_range_and_description():
         limits = field.metadata["limits"]
         assert limits.unit and limits.description and limits.low < limits.high
         assert limits.low <= field.default <= limits.high
+
+
+def test_settings_suit_a_slow_top_drive():
+    slow = SimpleNamespace(**{**vars(RIG), "top_drive": SimpleNamespace(max_acceleration=6.0)})
+    assert settings_for(RIG).rounding == 0.25
+    assert FixedRocking(slow).settings.rounding > 0.5

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # Best amplitudes and periods for a proportional shift, found on three reference wells (8 1/2 in hole, 5 in pipe,
 # friction factor 0.23 to 0.34): string length m, amplitude rad, period s.
 _REFERENCE_WELLS = ((2600.0, 8.0, 14.0), (4000.0, 20.0, 24.0), (5600.0, 30.0, 30.0))
+_ACCELERATION_MARGIN = 1.05  # over what the peaks need
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,16 @@ class FixedRockingSettings:
 
 
 def settings_for(rig: Rig) -> FixedRockingSettings:
-    """Return settings for a rig: amplitude and period by string length, pump speed for the reference flow."""
+    """Return settings for a rig: amplitude and period by string length, pump speed for the reference flow.
+
+    The peaks are rounded as far as the top drive's acceleration needs.
+    """
     length = sum(section.length for section in rig.string.sections)
     amplitude, period = _interpolate(length)
     pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
-    return FixedRockingSettings(amplitude=amplitude, period=period, pump_speed=pump_speed)
+    needed = _ACCELERATION_MARGIN * 4.0 * amplitude / period / rig.top_drive.max_acceleration
+    rounding = min(max(FixedRockingSettings.rounding, needed), period / 6.0)
+    return FixedRockingSettings(amplitude=amplitude, period=period, rounding=rounding, pump_speed=pump_speed)
 
 
 def _interpolate(length: float) -> tuple[float, float]:
