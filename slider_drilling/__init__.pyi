@@ -11,6 +11,8 @@ from slider_drilling.api.diagnose import DiagnosisResult as DiagnosisResult
 from slider_drilling.api.diagnose import diagnose as diagnose
 from slider_drilling.api.import_log import import_log as import_log
 from slider_drilling.api.new_rig import new_rig as new_rig
+from slider_drilling.api.plan_test import TestPlanResult as TestPlanResult
+from slider_drilling.api.plan_test import plan_test as plan_test
 from slider_drilling.api.replay import ReplayResult as ReplayResult
 from slider_drilling.api.replay import replay as replay
 from slider_drilling.api.rigs import load_rig as load_rig
@@ -36,5 +38,6 @@ from slider_drilling.programmes import Programme as Programme
 from slider_drilling.programmes import load_programme as load_programme
 from slider_drilling.rig import Rig as Rig
 from slider_drilling.rocking_design.plan import PlanOptions as PlanOptions
+from slider_drilling.test_planning.drilling_plan import PlanTestOptions as PlanTestOptions
 
 __version__: str

@@ -79,6 +79,9 @@ COMMANDS: dict[str, CommandEntry] = {
     "rocking-plan": CommandEntry(
         "slider_drilling.commands.rocking_plan", "Plan how to rock at each depth: turns, torque, period, offset."
     ),
+    "plan-test": CommandEntry(
+        "slider_drilling.commands.plan_test", "Plan the test programme that tells causes apart."
+    ),
     "study": CommandEntry(
         "slider_drilling.commands.study", "Study the paper's vibration tools, with a verdict on each claim."
     ),

@@ -205,14 +205,14 @@ def test_corrected_problem_is_exact_and_leaves_its_origin(tmp_path):
     assert part == pytest.approx(fine[: part.size], abs=1e-4)
 
 
-def test_next_manoeuvres_can_be_simulated(tmp_path):
+def test_programmes_have_the_channels_of_the_log(tmp_path):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
-    offered = model.manoeuvres()
-    assert len({manoeuvre.description for manoeuvre in offered}) == len(offered) >= 6
-    for manoeuvre in offered:
-        (torque,) = manoeuvre.model.simulate(0, [{}], SimulationOptions())["surface_torque"]
-        assert np.isfinite(torque).all()
+    programmes = model.programmes(60.0)
+    for manoeuvre in (*programmes.fixed.values(), *(programmes.programme(start) for start in programmes.starts)):
+        simulated = manoeuvre.model.simulate(0, [{}], SimulationOptions())
+        assert set(simulated) == {channel.name for channel in model.runs[0].channels}
+        assert all(np.isfinite(rows).all() for rows in simulated.values())
 
 
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
@@ -286,7 +286,7 @@ def test_sealed_laws_change_the_channels(name):
     "protocol",
     [
         engine_model.HasCoupledEffects, engine_model.HasFidelities, engine_model.HasFreeForms,
-        engine_model.HasManoeuvres, engine_model.HasObserver,
+        engine_model.HasObserver, engine_model.HasProgrammes,
         engine_model.HasProbes, engine_model.HasUserParameters, engine_model.CanTruncate,
     ],
 )  # fmt: skip

@@ -1,7 +1,8 @@
 """The gap engine on a machine that has nothing to do with drilling: a motor pulls a carriage over a slide way.
 
 The motor's position is the command, a spring joins it to the carriage, and the way rubs. The model that is
-diagnosed knows Coulomb friction; the "real" slide also has friction that falls with speed, which is withheld.
+diagnosed knows Coulomb friction; the "real" slide also has friction that falls with speed, which is withheld. It also
+says which test the slide would be asked for, before any log (`SlideProgrammes`).
 
     python docs/examples/motor_slide.py
 """
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
+from slider_drilling.gap import Channel, Effect, LoggedRun, Manoeuvre, Parameter, SimulationOptions
 from slider_drilling.gap.model import Array, Values
 
 NOMINAL = {
@@ -103,6 +104,76 @@ class MotorSlide:
         """See `slider_drilling.gap.model.Model`."""
         return slide(self.runs[run].time, self.runs[run].excitation, sets)
 
+    @property
+    def programme_duration(self) -> float:
+        """See `slider_drilling.gap.model.HasProgrammes`."""
+        return 60.0
+
+    def programmes(self, duration: float) -> SlideProgrammes:
+        """See `slider_drilling.gap.model.HasProgrammes`."""
+        return SlideProgrammes(self, duration)
+
+
+@dataclass(frozen=True)
+class SlideProgrammes:
+    """What the slide may be asked to do: two kinds of strokes with rests, within a force (`gap.model.Programmes`)."""
+
+    model: MotorSlide
+    duration: float
+    largest_force: float = 250.0  # N, of the spring
+    variables: tuple[Parameter, ...] = (
+        Parameter("stroke_1", 0.05, 0.002, 0.1, 0.01, "m"), Parameter("speed_1", 0.025, 0.002, 0.4, 0.02, "m/s"),
+        Parameter("rest_1", 0.0, 0.0, 5.0, 0.5, "s"), Parameter("stroke_2", 0.05, 0.002, 0.1, 0.01, "m"),
+        Parameter("speed_2", 0.025, 0.002, 0.4, 0.02, "m/s"), Parameter("rest_2", 0.0, 0.0, 5.0, 0.5, "s"),
+    )  # fmt: skip
+    starts: tuple[Mapping[str, float], ...] = ({}, {"stroke_2": 0.02, "speed_2": 0.005, "rest_2": 1.0})
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        """Routine strokes."""
+        return {"routine": self.programme({})}
+
+    def programme(self, values: Values) -> Manoeuvre:
+        """The first strokes in the first half, the second ones in the second."""
+        number = {each.name: values.get(each.name, each.nominal) for each in self.variables}
+        time = np.arange(int(self.duration * 20.0)) / 20.0
+        half = time < 0.5 * self.duration
+        first, second = (
+            _strokes(time, number[f"stroke_{k}"], number[f"speed_{k}"], number[f"rest_{k}"]) for k in (1, 2)
+        )
+        # The second strokes begin where the first ones end: strokes start at 0, so wait there.
+        motor = np.where(
+            half, first * (time < _last_return(first, time, 0.5 * self.duration)), np.roll(second, half.sum())
+        )
+        channels = tuple(
+            Channel(name, time, np.zeros_like(time), unit, declared_noise=noise)
+            for name, unit, noise in (("force", "N", 1.0), ("position", "m", 2e-4))
+        )
+        run = LoggedRun("planned", time, motor, channels, command="the motor's position", command_unit="m")
+        what = "; ".join(
+            f"strokes of {1e3 * number[f'stroke_{k}']:.0f} mm at {1e3 * number[f'speed_{k}']:.0f} mm/s with rests of "
+            f"{number[f'rest_{k}']:.1f} s" for k in (1, 2)
+        )  # fmt: skip
+        return Manoeuvre(what, number, MotorSlide((run,), self.model.nuisance, self.model.effects))
+
+    def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> Array:
+        """Largest force over the one allowed."""
+        force = manoeuvre.model.simulate(0, sets, SimulationOptions())["force"]
+        return np.asarray(np.max(np.abs(force), axis=1) / self.largest_force)
+
+
+def _strokes(time: Array, stroke: float, speed: float, rest: float) -> Array:
+    """Out and back, with a rest at each end."""
+    phase = time % (2.0 * (stroke / speed + rest))
+    back = stroke / speed + rest
+    return np.clip(np.where(phase < back, speed * phase, stroke - speed * (phase - back)), 0.0, stroke)
+
+
+def _last_return(motion: Array, time: Array, end: float) -> float:
+    """The last time before the end at which the motion is at 0."""
+    home = time[(time < end) & (motion < 1e-9)]
+    return float(home[-1])
+
 
 def motor_motion(duration: float = 60.0, rate: float = 20.0) -> tuple[Array, Array]:
     """Times s and motor position m: strokes of three speeds, with rests between."""
@@ -132,7 +203,16 @@ def record(truth: Values, seed: int = 0, duration: float = 60.0) -> LoggedRun:
 
 if __name__ == "__main__":
     from slider_drilling.gap import explain
+    from slider_drilling.gap.experiment_design.knowledge import before_any_log
+    from slider_drilling.gap.experiment_design.plan import plan_run
 
+    unlogged = MotorSlide(())
+    plan = plan_run(before_any_log(unlogged), unlogged.programmes(60.0), evaluations=60)
+    print(f"test: {plan.planned.manoeuvre.description}")
+    routine = {each.name: each.size.amplitude for each in plan.baseline.effects}
+    for power in plan.planned.prospect.effects:
+        unit, size = power.shape.effect.parameters[0].unit, power.size.amplitude
+        print(f"  {power.name:12s} shows from {size:.3g} {unit}, by routine from {routine[power.name]:.3g}")
     withheld = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0, "stribeck_drop": 0.5, "stribeck_speed": 0.04}
     answer = explain(MotorSlide((record(withheld),)))
     gap = f"E {answer.gap_calibrated:.2f} re-tuned, {answer.gap_with_effects:.2f} with it"

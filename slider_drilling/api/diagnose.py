@@ -14,6 +14,7 @@ from slider_drilling.api.replay import as_log
 from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.diagnosis import diagnose as engine
+from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, earlier_answer, read_earlier_answer
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.to_json import to_json
@@ -112,6 +113,7 @@ def diagnose(
     effects: Sequence[UserEffect] = (),
     until: float = 1.0,
     seed: int = 0,
+    after: DiagnosisResult | str | os.PathLike[str] | None = None,
     progress: Progress = lambda stage, share: None,
 ) -> DiagnosisResult:
     """Find out where logs of one rig and the simulator differ, which effect explains it, and how much it closes.
@@ -123,6 +125,7 @@ def diagnose(
         effects: Effects of your own, in addition.
         until: Fraction of every log that is fitted, from its start.
         seed: Seed of the bootstrap.
+        after: The diagnosis of some of these logs, or of others of the rig, to start from; or its path.
         progress: Called with the stage and the fraction done.
 
     Raises:
@@ -141,6 +144,14 @@ def diagnose(
                     "give the one to use with --rig (rig=)"
                 )
     diagnosis = engine.diagnose(
-        records, nominal, seed=seed, user_effects=effects, only=only, until=until, progress=progress
-    )
+        records, nominal, seed=seed, user_effects=effects, only=only, until=until,
+        after=None if after is None else as_earlier_answer(after), progress=progress,
+    )  # fmt: skip
     return DiagnosisResult(diagnosis, to_json(diagnosis))
+
+
+def as_earlier_answer(given: DiagnosisResult | str | os.PathLike[str]) -> EarlierAnswer:
+    """A diagnosis as the start of the next. Raises InputError."""
+    if isinstance(given, DiagnosisResult):
+        return earlier_answer(given.tree, "the diagnosis")
+    return read_earlier_answer(Path(given))

@@ -43,8 +43,13 @@ def random_perturbation(generator: np.random.Generator) -> PlantPerturbation:
     spread = {"friction_1": 0.06, "friction_2": 0.06, "torsional_damping": 0.15, "axial_damping": 0.15,
               "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015, "pressure_lag": 0.1}  # fmt: skip
     nuisance = {name: float(np.exp(generator.normal(0.0, sigma))) for name, sigma in spread.items()}
-    start = InitialState(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
+    start = draw_start(generator)
     return PlantPerturbation(int(generator.integers(200, 300)), float(generator.uniform(1.2, 1.8)), nuisance, start)
+
+
+def draw_start(generator: np.random.Generator) -> InitialState:
+    """Returns how a run begins: twist, and zero of the toolface."""
+    return InitialState(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
 
 
 def simulate_sealed(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands) -> Response:

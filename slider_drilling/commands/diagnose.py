@@ -31,6 +31,7 @@ Examples:
   slider-drilling diagnose run.mcap -o diagnosis
   slider-drilling diagnose logs/ --jobs 4 -o diagnoses
   slider-drilling diagnose monday.mcap tuesday.mcap --together -o diagnosis
+  slider-drilling diagnose monday.mcap test.mcap --together --after diagnosis -o both
 """
 
 
@@ -55,6 +56,8 @@ Examples:
     help="Fit only the first part of every log (0.67: two thirds) and predict the rest.",
 )
 @click.option("--together", is_flag=True, help="Fit several logs of one rig together.")
+@click.option("--after", type=click.Path(path_type=Path), metavar="DIAGNOSIS",
+              help="Start from the diagnosis of the earlier logs (diagnosis.json or its folder).")  # fmt: skip
 @jobs_option
 @scheduler_option
 @json_option
@@ -70,6 +73,7 @@ def command(
     effects: tuple[str, ...],
     until: float,
     together: bool,
+    after: Path | None,
     jobs: int,
     scheduler: str,
     as_json: bool,
@@ -88,22 +92,28 @@ def command(
     from slider_drilling.console.streams import progress_stages, stderr
     from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
+    from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_distinct, check_outputs, make_folder
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
     logs = tuple(find_logs(logs))
     check_distinct(logs)
+    if after is not None and len(logs) > 1 and not together:
+        raise InputError("--after: starts one diagnosis from another; give --together to fit the logs together")
     if len(logs) > 1 and not together:
         options = DiagnoseOptions(rig_path, namespace, topics_path, seed, only, effects, until, units.name)
         return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
-    check_outputs([output / name for name in FILES], (*logs, rig_path, topics_path))
+    earlier = after / FILES[0] if after is not None and after.is_dir() else after
+    check_outputs([output / name for name in FILES], (*logs, rig_path, topics_path, earlier))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace, topics_path) for path in logs]
     rig = None if rig_path is None else load_rig(rig_path)
     with progress_stages() as progress:
-        diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
+        diagnosed = diagnose(
+            records, rig, only=only, effects=own, until=until, seed=seed, after=after, progress=progress
+        )
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
@@ -116,6 +126,7 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stderr, stdout
+    from slider_drilling.diagnosis.asked_run import ask_next
     from slider_drilling.diagnosis.sentences import (
         prediction_horizon,
         remarks_beside_checks,
@@ -133,6 +144,8 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     _print_whole_runs(diagnosis, units)
     for text in prediction_horizon(diagnosis):
         stdout().print(text)
+    if diagnosis.next_manoeuvre is not None:
+        stdout().print(units.convert_text(ask_next(diagnosis.next_manoeuvre, diagnosis.rig)))
     for remark in remarks_beside_checks(diagnosis):
         stderr().print(f"note: {units.convert_text(remark)}")
 

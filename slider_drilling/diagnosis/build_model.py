@@ -10,6 +10,7 @@ import numpy as np
 from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
 from slider_drilling.diagnosis.catalogue import catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
+from slider_drilling.diagnosis.drilling_programmes import surface_channels
 from slider_drilling.diagnosis.hook_load_lines import tool_frequencies, wave_periods
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
@@ -78,10 +79,24 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     return PreparedModel(model, tuple(remarks))
 
 
+def model_without_logs(rig: Rig, duration: float, user_effects: Sequence[UserEffect] = ()) -> DrillString:
+    """The model of a rig that no log has shown yet, for runs of so many seconds on bottom."""
+    names = [channel.name for channel in surface_channels(rig)]
+    nuisance = nuisance_parameters(rig, names)
+    effects = catalogue(rig.string.length, duration, torque_interval=1.0 / rig.sensors.rate)
+    users = {user.effect.name: user for user in (checked_effect(effect) for effect in user_effects)}
+    return DrillString(
+        rig, (), (), nuisance, (*effects, *(user.effect for user in users.values())), users,
+        depth_probes(rig.string.length),
+    )  # fmt: skip
+
+
 def _catalogue(rig: Rig, runs: Sequence[LoggedRun]) -> tuple[Effect, ...]:
     """All effects, with search starts that these logs suggest."""
     duration = max(run.duration for run in runs)
-    return catalogue(rig.string.length, duration, wave_periods(runs[0]), tool_frequencies(runs), _torque_interval(runs))
+    return catalogue(
+        rig.string.length, duration, wave_periods(runs[0]), tool_frequencies(runs), _torque_interval(runs), len(runs)
+    )
 
 
 def _checked_users(

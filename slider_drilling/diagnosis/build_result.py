@@ -65,6 +65,7 @@ def with_engine_result(
         residual_shape=_residual_shape(answer),
         ranking=rank_effects(answer, effects),
         next_manoeuvre=answer.next_manoeuvre,
+        explanations=answer.explanations,
         tuned_parameters=fitted_parameters(state.current),
         whole_run_errors=whole_runs,
         traces=_traces(whole_runs),

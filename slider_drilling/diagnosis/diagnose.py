@@ -10,9 +10,11 @@ import numpy as np
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
+from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.user_effects import UserEffect
+from slider_drilling.diagnosis.warm_start import calibration_start, with_earlier_starts
 from slider_drilling.errors import InputError
 from slider_drilling.gap.explain import explain
 from slider_drilling.gap.model import Effect, Values
@@ -43,6 +45,7 @@ def diagnose(
     user_effects: Sequence[UserEffect] = (),
     only: Sequence[str] = (),
     until: float = 1.0,
+    after: EarlierAnswer | None = None,
     progress: Progress = lambda stage, share: None,
 ) -> Diagnosis:
     """Diagnose logs of one rig.
@@ -54,6 +57,7 @@ def diagnose(
         user_effects: Effects beside the catalogue.
         only: Names of the effects to consider; all that the logs can show if empty.
         until: First share of every log that is fitted. The rest only shows how well the result predicts.
+        after: The answer to some of these logs, or to other logs of the rig, to start from.
         progress: Called with the stage and the share done.
 
     Returns:
@@ -76,7 +80,11 @@ def diagnose(
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)
     candidates = _candidates(model, only)
-    answer = explain(model, seed=seed, starts=_calibration_starts(model), effects=candidates, progress=progress)
+    starts = _calibration_starts(model)
+    if after is not None:
+        candidates = with_earlier_starts(candidates, after)
+        starts = [calibration_start(after, diagnosis.logs), *starts[1:]]
+    answer = explain(model, seed=seed, starts=starts, effects=candidates, progress=progress)
     channels = {channel.name for run in model.runs for channel in run.channels}
     diagnosis = replace(
         diagnosis,

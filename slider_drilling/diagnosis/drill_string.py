@@ -7,7 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.catalogue import to_user, user_parameters
+from slider_drilling.diagnosis.catalogue import of_run, to_user, user_parameters
+from slider_drilling.diagnosis.drilling_programmes import (
+    DrillingProgrammes,
+    programme_limits,
+    surface_channels,
+)
 from slider_drilling.diagnosis.free_forms import (
     bit_torque_factor,
     catalogue_free_forms,
@@ -17,7 +22,6 @@ from slider_drilling.diagnosis.free_forms import (
     friction_factor,
     turning_difference,
 )
-from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.nuisance import reading_parameters
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.diagnosis.run_inputs import RunInputs
@@ -31,7 +35,6 @@ from slider_drilling.gap.model import (
     Effect,
     FreeForm,
     LoggedRun,
-    Manoeuvre,
     Parameter,
     SimulationOptions,
     Values,
@@ -135,16 +138,28 @@ class DrillString:
             inputs.append(replace(whole, commands=whole.commands.samples(inside), acceleration=acceleration))
         return replace(self, runs=tuple(runs), inputs=tuple(inputs))
 
-    def manoeuvres(self) -> list[Manoeuvre]:
-        """See `HasManoeuvres`."""
-        return [
-            Manoeuvre(text, settings, replace(self, runs=(run,), inputs=(RunInputs(commands),)))
-            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.inputs[0].commands)
-        ]
+    @property
+    def programme_duration(self) -> float:
+        """See `HasProgrammes`."""
+        return 240.0
+
+    def programmes(self, duration: float) -> DrillingProgrammes:
+        """See `HasProgrammes`: the channels are those of the last log, or of the rig's recorder before any log."""
+        channels = self.runs[-1].channels if self.runs else surface_channels(self.rig)
+        return DrillingProgrammes(self, duration, channels, programme_limits(self.rig))
+
+    def with_run(self, run: LoggedRun, inputs: RunInputs) -> DrillString:
+        """The same rig with one run in the place of its logs."""
+        return replace(self, runs=(run,), inputs=(inputs,))
+
+    def responses(self, run: int, sets: Sequence[Values]) -> list[Response]:
+        """What the rig does in a run, K times, in the cheapest simulation."""
+        return self._responses(run, [of_run(values, run) for values in sets], self.meshes[0])
 
     def _channels(
         self, run: int, sets: Sequence[Values], elements: int, observer_gain: float = 0.0
     ) -> dict[str, Array]:
+        sets = [of_run(values, run) for values in sets]
         responses = self._responses(run, sets, elements, self._observer(run, observer_gain))
         simulated: dict[str, Array] = {}
         for channel in self.runs[run].channels:

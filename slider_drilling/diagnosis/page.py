@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slider_drilling.diagnosis.asked_run import asked_items
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
@@ -15,7 +16,6 @@ from slider_drilling.diagnosis.sentences import (
     technical_summary,
 )
 from slider_drilling.gap import criteria_table
-from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
@@ -212,18 +212,10 @@ def _parameters(diagnosis: Diagnosis) -> list[Section]:
 def _next(diagnosis: Diagnosis) -> list[Section]:
     items: list[Text | BulletList] = []
     if diagnosis.next_manoeuvre is not None:
-        items.append(_manoeuvre(diagnosis.next_manoeuvre))
+        items += asked_items(diagnosis.next_manoeuvre, diagnosis.rig)
     if diagnosis.missing_channels:
         items += ["Channels that this log does not hold would help:", BulletList(diagnosis.missing_channels)]
     return [Section("What to do next", tuple(items))] if items else []
-
-
-def _manoeuvre(manoeuvre: RecommendedManoeuvre) -> str:
-    first, second = (plain_name(name) for name in manoeuvre.separates)
-    return (
-        f"To distinguish {first} from {second}: {manoeuvre.description}. The two would then differ by "
-        f"{manoeuvre.distance:.1f} times the noise; in this log they differ by {manoeuvre.distance_in_log:.1f} times."
-    )
 
 
 def _criteria(diagnosis: Diagnosis) -> list[Section]:

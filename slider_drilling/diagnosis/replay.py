@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from slider_drilling.log import RigLog
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, infer_initial_state
-from slider_drilling.rig import Mwd, Rig, Sensor
+from slider_drilling.rig import Rig, Sensor
 from slider_drilling.units import Text
 
+_UNITS = {"surface_torque": "N m", "standpipe_pressure": "Pa", "hook_load": "N"}
 # Share of what a channel moves by which the plant as such may be wrong.
 MODEL_ERRORS = {"surface_torque": 0.02, "hook_load": 0.02, "standpipe_pressure": 0.02}
 
@@ -75,37 +76,50 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
     Raises:
         InputError: The log holds no top drive, or none of these channels.
     """
-    sensors, mwd = rig.sensors, rig.sensors.mwd
     channels: dict[str, Channel] = {}
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
     last = log.top_drive.time[-1]
 
-    def add(name: str, unit: str, time: Array, values: Array, sensor: Sensor | Mwd) -> None:
+    def add(name: str, time: Array, values: Array) -> None:
         keep = np.isfinite(values) & (time >= 0.0) & (time <= last)
         if keep.any():
-            channels[name] = Channel(
-                name, time[keep], values[keep], unit, declared_noise=sensor.noise, resolution=sensor.resolution,
-                model_error=MODEL_ERRORS.get(name, 0.0),
-            )  # fmt: skip
+            channels[name] = channel_of(rig, name, time[keep], values[keep])
 
-    add("surface_torque", "N m", log.top_drive.time, log.top_drive.effort, sensors.surface_torque)
+    add("surface_torque", log.top_drive.time, log.top_drive.effort)
     if log.standpipe_pressure is not None:
-        pressure = log.standpipe_pressure
-        add("standpipe_pressure", "Pa", pressure.time, pressure.value, sensors.standpipe_pressure)
+        add("standpipe_pressure", log.standpipe_pressure.time, log.standpipe_pressure.value)
     if log.draw_works is not None:
-        add("hook_load", "N", log.draw_works.time, log.draw_works.effort, sensors.hook_load)
+        add("hook_load", log.draw_works.time, log.draw_works.effort)
     if log.mwd_tool_face is not None:
-        add("tool_face", "rad", log.mwd_tool_face.time, log.mwd_tool_face.position, mwd)
-        if "tool_face" in channels:
-            # MWD samples are too few to separate noise and resolution: both count as noise.
-            noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
-            channels["tool_face"] = replace(
-                channels["tool_face"], period=2.0 * math.pi, declared_noise=noise, resolution=0.0, accumulates=True
-            )
+        add("tool_face", log.mwd_tool_face.time, log.mwd_tool_face.position)
     if not channels:
         raise InputError(f"{log.source}: holds no surface torque, standpipe pressure, hook load or MWD toolface")
     return channels
+
+
+def channel_of(rig: Rig, name: str, time: Array, values: Array) -> Channel:
+    """A channel with the noise, resolution and model error of its sensor.
+
+    Args:
+        rig: The rig file, which declares noise and resolution.
+        name: ``surface_torque``, ``standpipe_pressure``, ``hook_load`` or ``tool_face``.
+        time: (n,) s.
+        values: (n,) in the channel's SI unit.
+    """
+    if name == "tool_face":
+        # MWD samples are too few to separate noise and resolution: both count as noise.
+        mwd = rig.sensors.mwd
+        noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
+        return Channel(
+            name, time, values, "rad", period=2.0 * math.pi, declared_noise=noise, accumulates=True,
+            model_error=MODEL_ERRORS.get(name, 0.0),
+        )  # fmt: skip
+    sensor: Sensor = getattr(rig.sensors, name)
+    return Channel(
+        name, time, values, _UNITS[name], declared_noise=sensor.noise, resolution=sensor.resolution,
+        model_error=MODEL_ERRORS.get(name, 0.0),
+    )  # fmt: skip
 
 
 def replay(

@@ -11,6 +11,7 @@ from typing import Literal
 
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.rig_source import RigSource
+from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.results.breakdown import GapBreakdown
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
@@ -207,7 +208,8 @@ class Diagnosis:
         breakdown: Where the gap lies, by channel, phase, frequency, time and depth.
         residual_shape: Shape of what no effect explains.
         ranking: All effects: those in the answer, those that were fitted, those that were not.
-        next_manoeuvre: The run that distinguishes two candidates best.
+        next_manoeuvre: The run to ask for next; None where the answer stands.
+        explanations: What may explain the logs, the answer first.
         tuned_parameters: Everything that was fitted in the final model.
         whole_run_errors: Errors of one free simulation of the whole log.
         traces: Measured and simulated channels.
@@ -235,6 +237,7 @@ class Diagnosis:
     residual_shape: ResidualShape | None = None
     ranking: tuple[RankedEffect, ...] = ()
     next_manoeuvre: RecommendedManoeuvre | None = None
+    explanations: tuple[Explanation, ...] = ()
     tuned_parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
     whole_run_errors: WholeRunErrors | None = None
     traces: tuple[ChannelTrace, ...] = field(default=(), repr=False)

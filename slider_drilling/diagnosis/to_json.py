@@ -11,6 +11,8 @@ from slider_drilling import __version__
 from slider_drilling.diagnosis.describe_curve import axis_labels, describe_curve
 from slider_drilling.diagnosis.result import Diagnosis, Gap, RankedEffect, ResidualShape
 from slider_drilling.diagnosis.sentences import summary, technical_summary
+from slider_drilling.gap.experiment_design.knowledge import Explanation
+from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
 
 SCHEMA = "slider_drilling/diagnosis/3"
@@ -37,7 +39,8 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "whole_run_errors": None if errors is None else _whole_run_errors(errors),
         "where": _plain(diagnosis.breakdown),
         "ranking": [_ranked_effect(ranked) for ranked in diagnosis.ranking],
-        "next_manoeuvre": _plain(diagnosis.next_manoeuvre),
+        "next_manoeuvre": None if diagnosis.next_manoeuvre is None else _next_manoeuvre(diagnosis.next_manoeuvre),
+        "explanations": [_explanation(each) for each in diagnosis.explanations],
         "tuned_parameters": _plain(diagnosis.tuned_parameters),
         "prediction_horizon": None if errors is None else _plain(errors.horizon),
         "predictable_to_end": [] if errors is None else list(errors.predictable_to_end),
@@ -63,6 +66,23 @@ def _ranked_effect(ranked: RankedEffect) -> dict[str, Any]:
     """Parameters have their short names: the effect's own is beside them."""
     short = {name.rpartition(".")[2]: fitted for name, fitted in ranked.parameters.items()}
     return {field.name: _plain(getattr(ranked, field.name)) for field in fields(ranked)} | {"parameters": _plain(short)}
+
+
+def _next_manoeuvre(asked: RecommendedManoeuvre) -> dict[str, Any]:
+    return {
+        "reason": asked.reason,
+        "description": asked.manoeuvre.description,
+        "settings": _plain(asked.manoeuvre.settings),
+        "separates": list(asked.separates),
+        "log_likelihood_ratio": _plain(asked.log_likelihood_ratio),
+        "detectable": _plain(asked.detectable),
+    }
+
+
+def _explanation(each: Explanation) -> dict[str, Any]:
+    """One explanation; its parameters have the names of the fit."""
+    return {"effects": list(each.effects), "weight": each.weight, "fidelity": each.fidelity,
+            "parameters": _plain(each.fitted)}  # fmt: skip
 
 
 def _residual_shape(shape: ResidualShape) -> dict[str, Any]:

@@ -171,6 +171,7 @@ HEAVE = EffectDefinition(
     },
     # Torque alone shows a wave of the block only through drag.
     visible=lambda channels, off_bottom: "hook_load" in channels or "standpipe_pressure" in channels,
+    per_run={"phase": (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)},
     to_rig_file=_heave_to_rig_file,
 )  # fmt: skip
 
@@ -249,6 +250,7 @@ FORMATION_CHANGE = EffectDefinition(
         "factor": random.uniform(0.6, 2.0), "time": duration * random.uniform(0.3, 0.7)
     },
     visible=lambda channels, off_bottom: not off_bottom,
+    per_run={"time": (0.0,)},
 )  # fmt: skip
 
 

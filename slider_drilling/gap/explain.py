@@ -9,11 +9,12 @@ from itertools import chain
 
 from slider_drilling.gap.evidence.compare import gap_closed
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.experiment_design.knowledge import Explanation, explanations_of
 from slider_drilling.gap.model import Effect, HasCoupledEffects, HasObserver, Model, Values
 from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floor
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.breakdown import GapBreakdown, break_down_gap
-from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre, recommend_manoeuvre
+from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre, recommend_manoeuvre, what_is_open
 from slider_drilling.gap.results.sentence import verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.calibration import calibrate
@@ -119,6 +120,13 @@ class GapDiagnosis:
         return self.state.indistinguishable
 
     @property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """What may explain the logs: the answer first, then the others by their weight."""
+        found = explanations_of(self.state)
+        answer = [each for each in found if set(each.effects) == set(self.state.current.names)]
+        return (*answer, *(each for each in found if each not in answer))
+
+    @property
     def suspected(self) -> tuple[CandidateResult, ...]:
         """Effects with evidence that are too small to be named, as the last step that tested each found them.
 
@@ -189,7 +197,7 @@ def explain(
             state = add_effect(state, candidates, coupled, seed, progress)
     except KeyboardInterrupt:
         state = replace(state, interrupted=True)
-    return _conclude(state, started)
+    return _conclude(state, candidates, seed, started)
 
 
 def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:
@@ -203,14 +211,15 @@ def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list
     return [chosen] if len(chosen) > 1 else []
 
 
-def _conclude(state: SearchState, started: float) -> GapDiagnosis:
+def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, started: float) -> GapDiagnosis:
     """The diagnosis that a state supports; ``started``: time by the performance counter."""
     decision = reach_verdict(state)
     state = decision.state
     closed, interval = float("nan"), (float("nan"), float("nan"))
     if decision.effects:
         closed, interval = gap_closed(state.bootstrap, state.calibrated.score, state.current.score)
-    manoeuvre = None if state.interrupted else recommend_manoeuvre(state)
+    still_open = "" if state.interrupted else what_is_open(state, decision.verdict, decision.alternative is not None)
+    manoeuvre = recommend_manoeuvre(state, still_open, candidates, seed)
     return GapDiagnosis(
         verdict=decision.verdict,
         site=decision.site,

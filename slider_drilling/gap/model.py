@@ -362,7 +362,7 @@ class Manoeuvre:
     Attributes:
         description: What to do, in words.
         settings: What to do, in numbers.
-        model: The model that simulates it. Its runs carry the channels' times and declared noise; their measured values
+        model: The model that simulates it. Its only run carries the channels' times and declared noise; measured values
             are not used.
     """
 
@@ -371,9 +371,35 @@ class Manoeuvre:
     model: Model = field(repr=False)
 
 
+class Programmes(Protocol):
+    """Test programmes of one length: what the real thing may be asked to do."""
+
+    @property
+    def variables(self) -> tuple[Parameter, ...]:
+        """The numbers of a programme; every point within their bounds is one."""
+
+    @property
+    def starts(self) -> Sequence[Values]:
+        """Points from which a search starts."""
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        """Runs to compare with, by name: routine operation first."""
+
+    def programme(self, values: Values) -> Manoeuvre:
+        """The run with these numbers."""
+
+    def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> Array:
+        """(K,) the largest share of any limit that a run uses, for K parameter sets; above 1 it must not be made."""
+
+
 @runtime_checkable
-class HasManoeuvres(Protocol):
+class HasProgrammes(Protocol):
     """A model that knows which runs could be made next."""
 
-    def manoeuvres(self) -> Sequence[Manoeuvre]:
-        """Candidate runs to compare."""
+    @property
+    def programme_duration(self) -> float:
+        """Usual length of a test, s."""
+
+    def programmes(self, duration: float) -> Programmes:
+        """What may be done within so many seconds."""

@@ -1,4 +1,4 @@
-"""The recommended run: two explanations differ under it more than in the present log."""
+"""The run to ask for next: two explanations differ under it more than anything can make up for."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class Twins(Toy):
     effects: tuple[Effect, ...] = (law("left"), law("right"))
     moved: float = 1.0
     shaken: float = 0.02
-    offered: tuple[str, ...] = ("shake", "rest")
+    most: float = 1.0
 
     def simulate(
         self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
@@ -32,34 +32,72 @@ class Twins(Toy):
         both = values.get("left", 0.0) + values.get("right", 0.0)
         return self.moved * (both * SHAPES["sine"] + self.shaken * values.get("right", 0.0) * SHAPES["saw"])
 
-    def manoeuvres(self) -> list[Manoeuvre]:
-        made = {"shake": replace(self, shaken=1.0), "rest": replace(self, moved=0.0)}
-        return [Manoeuvre(name, {"by": 1.0}, made[name]) for name in self.offered]
+    @property
+    def programme_duration(self) -> float:
+        return 120.0
+
+    def programmes(self, duration: float) -> "Shaking":
+        return Shaking(self, (Parameter("shaken", 0.02, 0.02, 2.0, 0.1),), ({"shaken": 0.02},))
 
 
-def twins(truth: float, offered: tuple[str, ...] = ("shake", "rest")) -> Twins:
+@dataclass(frozen=True)
+class Shaking:
+    model: Twins
+    variables: tuple[Parameter, ...]
+    starts: tuple[Mapping[str, float], ...]
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        return {"rest": Manoeuvre("rest", {}, replace(self.model, moved=0.0))}
+
+    def programme(self, values: Mapping[str, float]) -> Manoeuvre:
+        return Manoeuvre("shake", dict(values), replace(self.model, shaken=values["shaken"]))
+
+    def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Mapping[str, float]]) -> np.ndarray:
+        return np.full(len(sets), manoeuvre.settings.get("shaken", 0.0) / (1.2 * self.model.most))
+
+
+def twins(truth: float, most: float = 1.0) -> Twins:
     (run,) = toy({"level": 2.0}, 6, extra=truth * SHAPES["sine"]).runs
-    return Twins((run,), offered=offered)
+    return Twins((run,), most=most)
 
 
-def test_manoeuvre_that_separates_two_effects_is_recommended():
+def test_run_that_separates_two_effects_is_asked_for():
     answer = explain(twins(5.0))
     (name,) = answer.effects
     other = "right" if name == "left" else "left"
     assert answer.indistinguishable[name] == (other,)
-    found = answer.next_manoeuvre
-    assert found is not None
-    assert (found.description, found.separates) == ("shake", (name, other))
-    # Of a saw of five, what level and slope cannot make up for.
-    rows = np.stack([SHAPES["level"], SHAPES["slope"]])
+    asked = answer.next_manoeuvre
+    assert asked is not None
+    assert asked.reason == f"{name} cannot be distinguished from {other}"
+    assert set(asked.separates) == {name, other}
+    shaken = asked.manoeuvre.settings["shaken"]
+    assert shaken > 0.5
+    # Of a saw, what level, slope and the common sine cannot make up for.
+    rows = np.stack([SHAPES["level"], SHAPES["slope"], SHAPES["sine"]])
     saw = SHAPES["saw"] - rows.T @ np.linalg.lstsq(rows.T, SHAPES["saw"], rcond=None)[0]
-    assert found.distance == pytest.approx(5.0 * float(np.sqrt(np.mean(saw**2))), rel=0.1)
-    assert found.distance_in_log < 0.1
-    assert found.all_distances["rest"] == pytest.approx(0.0, abs=1e-9)
+    free = 0.5 * (5.0 * shaken) ** 2 * float(saw @ saw)
+    assert 0.5 * free < asked.log_likelihood_ratio <= 1.2 * free
 
 
-def test_no_manoeuvre_without_gain_or_gap():
-    assert explain(twins(5.0, ("rest",))).next_manoeuvre is None
+def test_nothing_is_asked_for_within_no_limits():
+    assert explain(twins(5.0, most=0.001)).next_manoeuvre is None
+
+
+def test_nothing_is_asked_for_after_a_clean_answer():
     quiet = explain(twins(0.0))
     assert quiet.verdict in ("none", "parameters")
     assert quiet.next_manoeuvre is None
+
+
+@pytest.mark.parametrize("share", [0.02, 1.0])
+def test_explanations_are_weighed_by_what_they_predict(share):
+    model = replace(twins(0.0), shaken=share)
+    measured = model.runs[0].channels[0].measured + model.twins({"right": 5.0})
+    (run,) = model.runs
+    channel = replace(run.channels[0], measured=measured)
+    answer = explain(replace(model, runs=(replace(run, channels=(channel,)),)))
+    weights = {each.effects: each.weight for each in answer.explanations}
+    assert sum(weights.values()) == pytest.approx(1.0)
+    assert weights[("right",)] > (0.9 if share == 1.0 else 0.3)
+    assert answer.explanations[0].effects == answer.effects

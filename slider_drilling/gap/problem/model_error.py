@@ -29,7 +29,7 @@ def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
     """
     budget: dict[str, list[float]] = {}
     for piece in problem.pieces:
-        budget.setdefault(piece.name, []).append(_error_size(piece, fitted.simulated) ** 2)
+        budget.setdefault(piece.name, []).append(model_error_size(piece, fitted.simulated) ** 2)
     return {name: float(np.mean(values)) for name, values in budget.items()}
 
 
@@ -55,7 +55,7 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
     for piece in problem.pieces:
         own = rows[:, piece.rows]
         repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
-        error = max(_error_size(piece, fitted.simulated) ** 2, _left_beyond_noise(piece, fitted))
+        error = max(model_error_size(piece, fitted.simulated) ** 2, _left_beyond_noise(piece, fitted))
         information += error * repeated * (own @ own.T)
         late = own @ _half_a_sample_late(piece, fitted.simulated)
         information += np.outer(late, late)
@@ -77,7 +77,7 @@ def _left_beyond_noise(piece: Piece, fitted: Fit) -> float:
     return max(float(np.mean(squares)) - 1.0 - 3.0 * float(np.sqrt(2.0 / squares.size)), 0.0)
 
 
-def _error_size(piece: Piece, simulated: Array) -> float:
+def model_error_size(piece: Piece, simulated: Array) -> float:
     """Standard deviation, noise units, of the model's error in one channel of one run.
 
     What accumulates is counted in missed steps: how far it moves is no measure of that.

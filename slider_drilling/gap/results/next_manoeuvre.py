@@ -1,19 +1,19 @@
-"""The run to make next: the manoeuvre under which the leading explanations differ most."""
+"""The run to ask for next, with every verdict that leaves something open."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
+from slider_drilling.gap.experiment_design.criterion import Prospect, Separation
+from slider_drilling.gap.experiment_design.knowledge import after_logs
+from slider_drilling.gap.experiment_design.plan import TestPlan, plan_run
+from slider_drilling.gap.model import Effect, HasProgrammes, Manoeuvre
+from slider_drilling.gap.selection.nuisance_limits import outside_prior
+from slider_drilling.gap.selection.state import SearchState
 
-from slider_drilling.gap.model import Array, HasManoeuvres, Manoeuvre
-from slider_drilling.gap.problem.noise import sigmas
-from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit
-from slider_drilling.gap.selection.state import CandidateResult, SearchState
-
-# Finite-difference step of the nuisance, in scales.
-_STEP = 0.1
+# Programmes that are compared: a full plan compares more (`plan-test`).
+_EVALUATIONS = 32
 
 
 @dataclass(frozen=True)
@@ -21,89 +21,92 @@ class RecommendedManoeuvre:
     """The recommended run.
 
     Attributes:
-        description: What to do, in words.
-        settings: What to do, in numbers.
-        separates: Names of the two effects.
-        distance: How far their fits differ under it: RMS in noise units, beyond what the nuisance could make up for.
-        distance_in_log: The same in the present log.
-        all_distances: ``distance`` of every manoeuvre that was compared, by description.
+        reason: What the logs so far leave open, in words.
+        manoeuvre: What to do.
+        separates: Names of the two explanations that it tells apart best by their weight; empty where it looks for
+            effects that have not shown.
+        log_likelihood_ratio: Expected between these two under it, 0 without two.
+        detectable: By effect that may still show, the smallest size that is named in 9 of 10 cases: after the logs so
+            far, and after this run, in the unit of its amplitude.
     """
 
-    description: str
-    settings: dict[str, float]
-    separates: tuple[str, str]
-    distance: float
-    distance_in_log: float
-    all_distances: dict[str, float]
+    reason: str
+    manoeuvre: Manoeuvre
+    separates: tuple[str, ...]
+    log_likelihood_ratio: float
+    detectable: dict[str, tuple[float, float]]
 
 
-def recommend_manoeuvre(state: SearchState) -> RecommendedManoeuvre | None:
-    """Compare the two leading explanations under each manoeuvre that the model offers.
+def recommend_manoeuvre(
+    state: SearchState, reason: str, effects: Sequence[Effect], seed: int = 0
+) -> RecommendedManoeuvre | None:
+    """Plan the next run.
+
+    Args:
+        state: The last state of the search.
+        reason: What it leaves open, see `what_is_open`; nothing if empty.
+        effects: The candidate effects of the search.
+        seed: Of the plan.
 
     Returns:
-        The best manoeuvre; None if there are no two explanations, or if they differ more in the present log.
+        The run; None if nothing is open, the model offers no programmes, or none stays within the limits.
     """
     model = state.current.problem.model
-    pair = _leading_pair(state)
-    if pair is None or not isinstance(model, HasManoeuvres):
+    if not reason or not isinstance(model, HasProgrammes):
         return None
-    first, second = pair
-    offered = {manoeuvre.description: manoeuvre for manoeuvre in model.manoeuvres()}
-    distances = {
-        description: _distance(_problem_of(state, manoeuvre), first.fitted.fit, second.fitted.fit, first)
-        for description, manoeuvre in offered.items()
-    }
-    best = max(distances, key=lambda description: distances[description])
-    in_log = _distance_in_log(first, second)
-    if distances[best] <= in_log:
+    knowledge = after_logs(state, effects)
+    try:
+        plan = plan_run(knowledge, model.programmes(model.programme_duration), evaluations=_EVALUATIONS, seed=seed)
+    except ValueError:
         return None
-    names = first.effect.name, second.effect.name
-    return RecommendedManoeuvre(best, dict(offered[best].settings), names, distances[best], in_log, distances)
+    return recommendation(plan, reason)
 
 
-def _leading_pair(state: SearchState) -> tuple[CandidateResult, CandidateResult] | None:
-    """The first accepted effect and one that is indistinguishable from it.
+def recommendation(plan: TestPlan, reason: str) -> RecommendedManoeuvre:
+    """A plan as it is reported."""
+    found = plan.planned.prospect
+    pair = _most_told_apart(found.separations)
+    before, after = (_sizes(prospect) for prospect in (plan.baseline, found))
+    return RecommendedManoeuvre(
+        reason, plan.planned.manoeuvre, () if pair is None else (pair.first, pair.second),
+        0.0 if pair is None else pair.log_likelihood_ratio,
+        {name: (before[name], size) for name, size in after.items()},
+    )  # fmt: skip
 
-    Where none was accepted and something is left to explain, the two best candidates.
+
+def what_is_open(state: SearchState, verdict: str, has_alternative: bool) -> str:
+    """What an answer leaves open, in words; empty for an answer that stands.
+
+    Args:
+        state: The last state of the search.
+        verdict: The verdict.
+        has_alternative: Whether a free form does as well as the named effects.
     """
-    if not state.steps:
-        return None
-    first = state.steps[0]
-    if first.accepted is None:
-        nothing_to_separate = state.adequacy.adequate or len(first.candidates) < 2
-        return None if nothing_to_separate else (first.candidates[0], first.candidates[1])
-    group = state.indistinguishable[first.accepted.effect.name]
-    rival = next((candidate for candidate in first.candidates if candidate.effect.name in group), None)
-    return None if rival is None else (first.accepted, rival)
+    named = state.current.names
+    grouped = [name for name in named if state.indistinguishable[name]]
+    if verdict == "unknown":
+        return "no known effect explains the gap"
+    if grouped:
+        others = ", ".join(state.indistinguishable[grouped[0]])
+        return f"{grouped[0]} cannot be distinguished from {others}"
+    if verdict == "effect_and_unknown":
+        return "something remains beside the named effects"
+    if has_alternative:
+        return "a free form does as well as the named effects"
+    far = outside_prior(state.current)
+    if far:
+        parameter, value, deviations = far[0]
+        return f"{parameter.name} is calibrated to {value:.3g}, {deviations:.1f} standard deviations from the file"
+    last = {each.effect.name: each for step in state.steps for each in step.candidates}
+    suspected = [name for name, each in last.items() if each.too_small and name not in named]
+    if suspected:
+        return f"{', '.join(suspected)} suspected: the evidence is there, but the size is not"
+    return ""
 
 
-def _problem_of(state: SearchState, manoeuvre: Manoeuvre) -> Problem:
-    """The manoeuvre's runs, with the noise floors of the present log."""
-    return build_problem(manoeuvre.model, [sigmas(state.floors[0]) for _ in manoeuvre.model.runs])
+def _most_told_apart(separations: Sequence[Separation]) -> Separation | None:
+    return max(separations, key=lambda each: each.weight * each.log_likelihood_ratio, default=None)
 
 
-def _distance(problem: Problem, first: Fit, second: Fit, candidate: CandidateResult) -> float:
-    """RMS difference of two fits under a manoeuvre, noise units, beyond what the nuisance of the first can make up."""
-    own = {parameter.name for parameter in candidate.effect.parameters}
-    nuisance = [p for p in first.parameters if p.name not in own and not p.per_run]
-    # The next run has its own start: parameters of the present run are left out.
-    shared = [{k: v for k, v in each.values.items() if "@" not in k} for each in (first, second)]
-    sets = shared + [shared[0] | {p.name: shared[0][p.name] + _STEP * p.scale} for p in nuisance]
-    simulated = problem.simulate(sets)
-    return _rms_beyond(problem, simulated[1] - simulated[0], (simulated[2:] - simulated[0]) / _STEP)
-
-
-def _distance_in_log(first: CandidateResult, second: CandidateResult) -> float:
-    """The same in the present log."""
-    mine, other = first.fitted, second.fitted
-    return _rms_beyond(mine.problem, mine.fit.simulated - other.fit.simulated, mine.fit.jacobian)
-
-
-def _rms_beyond(problem: Problem, difference: Array, jacobian: Array) -> float:
-    """RMS of a difference (N,) outside the span of a Jacobian (p, N); every channel weighs the same."""
-    weight = np.empty(problem.size)
-    for piece in problem.pieces:
-        weight[piece.rows] = 1.0 / np.sqrt(len(problem.pieces) * piece.channel.time.size)
-    basis, _ = np.linalg.qr((weight * jacobian).T)
-    rest = weight * difference
-    return float(np.linalg.norm(rest - basis @ (basis.T @ rest)))
+def _sizes(prospect: Prospect) -> dict[str, float]:
+    return {each.name: each.size.amplitude for each in prospect.effects}

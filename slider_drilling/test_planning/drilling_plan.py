@@ -1,0 +1,145 @@
+"""Plan a test programme for a rig, before any log or after a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf
+
+from slider_drilling.diagnosis.build_model import model_without_logs
+from slider_drilling.diagnosis.drill_string import DrillString
+from slider_drilling.diagnosis.drilling_programmes import DrillingManoeuvre, DrillingProgrammes, programme_limits
+from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, knowledge_of
+from slider_drilling.drillstring import Response
+from slider_drilling.errors import InputError
+from slider_drilling.gap.experiment_design.knowledge import Knowledge, before_any_log
+from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan, plan_run
+from slider_drilling.log import RigLog
+from slider_drilling.programmes import Programme
+from slider_drilling.programmes.limits import StepLimits
+from slider_drilling.rig import Rig
+
+MINUTES = 6.0
+EVALUATIONS = 150
+"""Programmes that a plan compares by default."""
+_SHORTEST, _LONGEST = 1.0, 30.0  # min
+
+
+@dataclass(frozen=True)
+class PlanTestOptions:
+    """What a test may be.
+
+    Attributes:
+        minutes: Longest time that it may take.
+        limits: That differ from what the rig file implies.
+        tool_face_swing: rad that the toolface may swing to either side; infinite if it may be lost.
+        evaluations: Number of programmes to compare.
+        seed: Of the search.
+
+    Raises:
+        InputError: A number is out of range.
+    """
+
+    minutes: float = MINUTES
+    limits: StepLimits = StepLimits()
+    tool_face_swing: float = inf
+    evaluations: int = EVALUATIONS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not _SHORTEST <= self.minutes <= _LONGEST:
+            raise InputError(f"--minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
+        if not self.tool_face_swing > 0.0:
+            raise InputError("--toolface-swing: must be above 0")
+        if self.evaluations < 2:
+            raise InputError(f"--programmes {self.evaluations}: compare at least 2")
+
+
+@dataclass(frozen=True)
+class DrillingPlan:
+    """A planned test of a rig.
+
+    Attributes:
+        rig: The rig file.
+        options: What the test may be.
+        plan: The engine's plan.
+        programmes: What may be done, with the limits.
+        after: The answer that it follows; None before any log.
+    """
+
+    rig: Rig
+    options: PlanTestOptions
+    plan: TestPlan = field(repr=False)
+    programmes: DrillingProgrammes = field(repr=False)
+    after: EarlierAnswer | None = None
+
+    @property
+    def programme(self) -> Programme:
+        """What the crew does, with the limits in force."""
+        return replace(programme_in(self.plan.planned), limits=self.options.limits)
+
+    @property
+    def response(self) -> Response:
+        """What the rig does in the programme, by the likeliest explanation so far."""
+        return self.programmes.responses(self.plan.planned.manoeuvre, [self.plan.knowledge.values])[0]
+
+
+def programme_in(run: PlannedRun) -> Programme:
+    """The programme of a planned run."""
+    manoeuvre = run.manoeuvre
+    assert isinstance(manoeuvre, DrillingManoeuvre)
+    return manoeuvre.programme
+
+
+def plan_before_logs(
+    rig: Rig, options: PlanTestOptions, progress: Callable[[float], None] = lambda share: None
+) -> DrillingPlan:
+    """The test that shows most of a rig of which there is no log.
+
+    Raises:
+        InputError: No programme stays within the limits.
+    """
+    model = model_without_logs(rig, 60.0 * options.minutes)
+    return _plan(model, before_any_log(model), options, None, progress)
+
+
+def plan_after(
+    answer: EarlierAnswer,
+    logs: Sequence[RigLog],
+    rig: Rig,
+    options: PlanTestOptions,
+    progress: Callable[[float], None] = lambda share: None,
+) -> DrillingPlan:
+    """The test that tells the explanations of a diagnosis apart, and shows what its logs could not.
+
+    Args:
+        answer: The diagnosis.
+        logs: The logs that it was made of.
+        rig: The rig file that it was made with.
+        options: What the test may be.
+        progress: Called with the share done.
+
+    Raises:
+        InputError: A log cannot be used, or no programme stays within the limits.
+    """
+    if not answer.explanations:
+        return plan_before_logs(rig, options, progress)
+    model, knowledge = knowledge_of(answer, logs, rig)
+    return _plan(model, knowledge, options, answer, progress)
+
+
+def _plan(
+    model: DrillString, knowledge: Knowledge, options: PlanTestOptions, after: EarlierAnswer | None,
+    progress: Callable[[float], None],
+) -> DrillingPlan:  # fmt: skip
+    programmes = replace(
+        model.programmes(60.0 * options.minutes),
+        limits=programme_limits(model.rig, options.limits, options.tool_face_swing),
+    )
+    try:
+        plan = plan_run(
+            knowledge, programmes, evaluations=options.evaluations, seed=options.seed, progress=progress
+        )  # fmt: skip
+    except ValueError as error:
+        raise InputError(f"plan-test: {error}; allow more torque, weight, pressure or toolface swing") from None
+    return DrillingPlan(model.rig, options, plan, programmes, after)

@@ -1,0 +1,149 @@
+"""Optimal design of runs: what a run would tell, the smallest size that shows, and the search for the best run."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from scipy.stats import ncx2
+from toy import EFFECTS, SHAPES, TIME, Toy, force, toy
+
+from slider_drilling.gap import Channel, LoggedRun, Manoeuvre, Parameter, SimulationOptions, explain
+from slider_drilling.gap.experiment_design.criterion import planned_information, prospect
+from slider_drilling.gap.experiment_design.detectable_size import (
+    POWER,
+    evidence_needed,
+    noncentrality_needed,
+    probed_shapes,
+)
+from slider_drilling.gap.experiment_design.information import Change, run_information
+from slider_drilling.gap.experiment_design.knowledge import before_any_log
+from slider_drilling.gap.experiment_design.plan import plan_run
+from slider_drilling.gap.experiment_design.search import minimise
+from slider_drilling.gap.problem.problem import build_problem
+
+FREE = ("level", "slope")
+
+
+def beyond(name: str, rows: Sequence[str]) -> float:
+    """Squared length of a shape outside the span of others."""
+    basis = np.stack([SHAPES[row] for row in rows]).T
+    rest = SHAPES[name] - basis @ np.linalg.lstsq(basis, SHAPES[name], rcond=None)[0]
+    return float(rest @ rest)
+
+
+def information(model: Toy, names: Sequence[str] = ("bend",), run: str = "1"):
+    problem = build_problem(model, [{"force": 1.0}])
+    free = tuple(replace(parameter, spread=np.inf) for parameter in model.nuisance)
+    return run_information(problem, {}, free, [Change(name, {name: 1.0}) for name in names], run)
+
+
+def test_schur_complement_is_what_calibration_cannot_follow():
+    schur, power = information(toy({}, 1), ("bend", "sine")).beyond_free()
+    assert np.diag(schur) == pytest.approx([beyond("bend", FREE), beyond("sine", FREE)], rel=1e-6)
+    assert power["force"] == pytest.approx(np.diag(schur), rel=1e-6)
+
+
+def test_information_of_two_runs_adds_up():
+    one = information(toy({}, 1))
+    both = one + information(toy({}, 2), run="2")
+    assert both.beyond_free()[0] == pytest.approx(2.0 * one.beyond_free()[0], rel=1e-6)
+
+
+def test_model_error_hides_what_it_could_make():
+    model = toy({}, 1)
+    (run,) = model.runs
+    channel = replace(run.channels[0], model_error=0.1)
+    problem = build_problem(replace(model, runs=(replace(run, channels=(channel,)),)), [{"force": 1.0}])
+    changes = [Change("sine", {"sine": 31.0})]
+    still, moved = (
+        run_information(problem, {"sine": size}, model.nuisance, changes, "1").beyond_free()[0][0, 0]
+        for size in (0.0, 30.0)
+    )
+    assert moved * 31.0**2 < 0.5 * still
+
+
+def test_power_is_reached_at_the_needed_noncentrality():
+    needed = noncentrality_needed(2, 17)
+    assert ncx2.sf(evidence_needed(2, 17), 2, needed) == pytest.approx(POWER, abs=1e-6)
+
+
+def test_detectable_size_is_mostly_named():
+    model = toy({}, 1)
+    knowledge = before_any_log(model, EFFECTS)
+    shapes = knowledge.shapes()
+    told = planned_information(knowledge, Manoeuvre("again", {}, model), shapes)
+    sizes = {each.name: each.size for each in prospect(knowledge, told, shapes).effects}
+    size = sizes["bend"].amplitude
+    named = [explain(toy({"bend": size, "level": 1.0}, seed)).effects == ("bend",) for seed in range(8)]
+    assert sum(named) >= 6
+    assert not any(explain(toy({"bend": 0.3 * size}, seed)).effects for seed in range(2))
+
+
+@dataclass(frozen=True)
+class Knobs(Toy):
+    """A toy of which a run may shake more or less, and louder than allowed."""
+
+    shaken: float = 0.1
+
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
+        return {"force": np.stack([self.shaken * force(values) for values in sets])}
+
+
+@dataclass(frozen=True)
+class KnobProgrammes:
+    model: Knobs
+    variables: tuple[Parameter, ...] = (Parameter("shake", 0.1, 0.1, 4.0, 0.1),)
+    starts: tuple[Mapping[str, float], ...] = ({"shake": 0.1},)
+    loudest: float = 2.0
+    tried: list[float] = field(default_factory=list)
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        return {"routine": self.programme({"shake": 0.1})}
+
+    def programme(self, values: Mapping[str, float]) -> Manoeuvre:
+        self.tried.append(values["shake"])
+        return Manoeuvre("shake", dict(values), replace(self.model, shaken=values["shake"]))
+
+    def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Mapping[str, float]]) -> np.ndarray:
+        return np.full(len(sets), manoeuvre.settings["shake"] / self.loudest)
+
+
+def knobs() -> Knobs:
+    channel = Channel("force", TIME, np.zeros_like(TIME), "N", declared_noise=1.0)
+    return Knobs((LoggedRun("none", TIME, SHAPES["sine"], (channel,)),))
+
+
+def test_plan_shakes_as_much_as_the_limits_allow():
+    model = knobs()
+    plan = plan_run(before_any_log(model), KnobProgrammes(model), evaluations=60)
+    assert 1.6 < plan.planned.manoeuvre.settings["shake"] <= 1.8
+    assert plan.planned.limit_use <= 0.9
+    least, routine = plan.planned.prospect.least(), plan.baseline.least()
+    assert least is not None and routine is not None
+    assert least.ratio < 0.2 * routine.ratio
+
+
+def test_plan_without_allowed_programme_is_refused():
+    model = knobs()
+    with pytest.raises(ValueError, match="no programme stays within the limits"):
+        plan_run(before_any_log(model), KnobProgrammes(model, loudest=0.05), evaluations=10)
+
+
+def test_same_seed_gives_the_same_point():
+    variables = tuple(Parameter(name, 0.0, -1.0, 1.0, 0.1) for name in "abc")
+
+    def loss(values: Mapping[str, float]) -> float:
+        return sum((value - 0.5) ** 2 for value in values.values())
+
+    first, again = (minimise(loss, variables, [{}], 120, seed=3) for _ in range(2))
+    assert first == again
+    assert first.loss < 0.02
+
+
+def test_both_signs_of_an_amplitude_count_once():
+    (shape,) = probed_shapes(EFFECTS[0])
+    assert [shape.distance(point) for point in shape.points] == [1.0, 2.0, 3.0]

@@ -1,0 +1,136 @@
+"""Test programmes of a rig: numbers to programmes, plans before and after a log, page, JSON, and wrong input."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from short_well import short_rig
+
+from slider_drilling.api.plan_test import FILES, plan_test
+from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.commands.plan_test import command
+from slider_drilling.diagnosis.catalogue import catalogue, of_run
+from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
+from slider_drilling.diagnosis.programme_numbers import programme_of, programme_variables
+from slider_drilling.diagnosis.programme_words import programme_in_words
+from slider_drilling.drillstring import simulate
+from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.gap.experiment_design.knowledge import Explanation
+from slider_drilling.log import read_log
+from slider_drilling.pages import page_html
+from slider_drilling.programmes import dump_programme, open_loop_commands, parse_programme
+from slider_drilling.programmes.limits import StepLimits
+from slider_drilling.test_planning.drilling_plan import PlanTestOptions, plan_after, plan_before_logs
+from slider_drilling.test_planning.plan_json import plan_json
+from slider_drilling.test_planning.plan_page import plan_page
+from slider_drilling.units import FIELD
+
+OPTIONS = PlanTestOptions(minutes=1.5, evaluations=4)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return plan_before_logs(short_rig(), OPTIONS)
+
+
+def test_every_point_is_a_programme_in_time():
+    rig, random = short_rig(), np.random.default_rng(5)
+    variables = programme_variables(rig)
+    for _ in range(30):
+        design = {each.name: float(random.uniform(each.lower, each.upper)) for each in variables}
+        duration = float(random.uniform(60.0, 400.0))
+        programme = programme_of(design, rig, duration)
+        assert parse_programme(dump_programme(programme)) == programme
+        steps = programme_in_words(programme, rig)
+        assert steps[-1].begin + steps[-1].duration <= duration + 1e-6
+        commands = open_loop_commands(programme, rig)
+        # The block comes back from every pick-up: it only feeds the bit otherwise.
+        assert commands.block_position[-1] >= 0.0
+        assert np.max(np.abs(commands.top_drive_speed)) <= 0.6 * rig.top_drive.max_speed + 0.06
+
+
+def test_plan_shows_more_than_routine_rocking(plan):
+    prospect = plan.plan.planned.prospect
+    assert prospect.loss < plan.plan.baseline.loss
+    assert {each.name for each in prospect.effects} == {effect.name for effect in plan.plan.knowledge.effects}
+
+
+def test_plan_stays_within_its_limits(plan):
+    used = plan.programmes.limits.use(plan.response)
+    assert max(used.values()) <= plan.plan.planned.limit_use <= 0.9
+
+
+def test_tighter_torque_limit_is_kept():
+    limits = StepLimits(right_torque=7e3, left_torque=7e3)
+    tight = plan_before_logs(short_rig(), replace(OPTIONS, limits=limits))
+    assert np.max(np.abs(tight.response.surface_torque)) < 0.9 * 7e3
+    assert "right_torque: 7000.0" in dump_programme(tight.programme)
+
+
+def test_page_and_json_hold_every_step(plan):
+    page, tree = page_html(plan_page(plan), FIELD), plan_json(plan)
+    for step in programme_in_words(plan.programme, plan.rig):
+        assert FIELD.convert_text(step.text) in page
+    assert parse_programme(tree["programme"]) == plan.programme
+    assert [each["name"] for each in tree["alternatives"]] == ["planned", "routine", "commissioning"]
+    assert json.dumps(tree, allow_nan=False)
+
+
+def test_plan_after_a_log_separates_its_explanations(tmp_path):
+    rig = short_rig()
+    routine = programme_of({each.name: each.nominal for each in programme_variables(rig)}, rig, 60.0)
+    commands = open_loop_commands(routine, rig)
+    path = tmp_path / "run.mcap"
+    write_sealed_log(path, rig, commands, simulate(rig, commands, 60), np.random.default_rng(1))
+    explanations = (
+        Explanation((), 0.5, {}),
+        Explanation(("torque_sensor_bias",), 0.3, {"torque_sensor_bias.bias": 300.0}),
+        Explanation(("static_aging",), 0.2, {"static_aging.growth": 0.5, "static_aging.time": 5.0}),
+    )
+    answer = EarlierAnswer("answer", (str(path),), "unknown", (), explanations)
+    after = plan_after(answer, [read_log(path)], rig, OPTIONS)
+    pairs = {(each.first, each.second): each.log_likelihood_ratio for each in after.plan.planned.prospect.separations}
+    assert len(pairs) == 3
+    assert all(ratio >= 0.0 for ratio in pairs.values())
+    assert after.plan.without is not None
+    before = {each.name: each.size.amplitude for each in after.plan.without.effects}
+    # A run more never shows less.
+    assert all(each.size.noncentrality >= 0.0 for each in after.plan.planned.prospect.effects)
+    smaller = [each.size.amplitude <= 1.02 * before[each.name] for each in after.plan.planned.prospect.effects]
+    assert np.mean(smaller) > 0.8
+
+
+def test_each_run_has_its_own_phase():
+    effects = {effect.name: effect for effect in catalogue(3000.0, 240.0, runs=2)}
+    assert [parameter.name for parameter in effects["heave"].parameters][-2:] == ["heave.phase", "heave.phase#2"]
+    values = {"heave.amplitude": 0.1, "heave.phase": 1.0, "heave.phase#2": 2.0}
+    assert of_run(values, 0) == {"heave.amplitude": 0.1, "heave.phase": 1.0}
+    assert of_run(values, 1) == {"heave.amplitude": 0.1, "heave.phase": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "give --rig RIG, or --after"),
+        (["--rig", "RIG", "--minutes", "0"], "--minutes 0: must be 1 to 30 min"),
+        (["--after", "JSON"], "not a diagnosis: give a diagnosis.json"),
+    ],
+)
+def test_wrong_input_is_refused(tmp_path, arguments, words):
+    (tmp_path / "no.json").write_text("[]")
+    names = {"RIG": str(installed_file("config/rig.example.yaml")), "JSON": str(tmp_path / "no.json")}
+    given = [names.get(argument, argument) for argument in arguments]
+    result = CliRunner().invoke(command, [*given, "-o", str(tmp_path / "out")])
+    assert isinstance(result.exception, InputError)
+    assert words in str(result.exception)
+    assert not (tmp_path / "out" / FILES[0]).exists()
+
+
+def test_diagnosis_without_explanations_says_so(tmp_path):
+    path = tmp_path / "diagnosis.json"
+    path.write_text(json.dumps({"schema": "slider_drilling/diagnosis/3", "log": "a.mcap", "verdict": "none"}))
+    with pytest.raises(InputError, match="holds no explanations: an older version wrote it"):
+        plan_test(after=path)
