@@ -218,7 +218,8 @@ def test_programmes_have_the_channels_of_the_log(tmp_path):
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
                                    "flow off over time", "bit torque per weight over time", "friction over slip speed",
                                    "friction over rest", "rock over time",
-                                   "asperities turned across the pipe", "friction larger one way round",
+                                   "asperities turned across the pipe",
+                                   "friction higher turning right and lower turning left",
                                    "contact compliance before it slides"])  # fmt: skip
 def test_free_forms_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))

@@ -68,7 +68,8 @@ def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], 
         forms.append(_form("contact", description, laws, list(x), unit, values, sets, 0.02, shares, period))
     right = (Parameter(_TURNING, 0.0, -0.8, 0.8, 0.05, spread=0.5),)
     sets = [{_TURNING: 0.02}]
-    forms.append(_form("contact", "friction larger one way round", (), [0.0], "-", values, sets, 0.02, right))
+    way_round = "friction higher turning right and lower turning left"
+    forms.append(_form("contact", way_round, (), [0.0], "-", values, sets, 0.02, right))
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
         speed_laws = ("stribeck", "viscous_drag")
