@@ -193,17 +193,16 @@ def why_not_in_answer(candidate: CandidateResult, answer: GapDiagnosis) -> str:
     twins = [name for name in answer.effects if candidate.effect.name in answer.indistinguishable.get(name, ())]
     if twins:
         return f"this log cannot distinguish it from {' and '.join(twins)}"
-    failed = () if answer.effects else failures(
-        Stage.VERDICT, Evidence(answer.state, answer.state.calibrated, candidate.fitted)
-    )  # fmt: skip
-    if failed and answer.verdict == "unknown":
-        return f"after calibration, {failed[0]}"
+    accepted = next((step.accepted for step in answer.state.steps if step.accepted is not None), None)
+    if answer.verdict == "unknown" and candidate is accepted:
+        failed = failures(Stage.VERDICT, Evidence(answer.state, answer.state.calibrated, candidate.fitted))
+        if failed:
+            return f"after calibration, {failed[0]}"
     better = " and ".join(answer.effects) or (answer.alternative.description if answer.alternative is not None else "")
     if better:
         return f"{better} {'explain' if len(answer.effects) > 1 else 'explains'} the same part of the gap better"
     if answer.verdict != "unknown":
         return "what remains is within the noise"
-    accepted = next((step.accepted for step in answer.state.steps if step.accepted is not None), None)
     if accepted is not None and accepted is not candidate:
         return f"{accepted.effect.name} fits better but was not confirmed"
     return criterion("no free form predicts better").message
