@@ -34,7 +34,7 @@ def engine_answer(
         steps=(SimpleNamespace(accepted=accepted, predicted_gain={}),),
     )  # fmt: skip
     given = {"closed": 0.76, "closed_interval": (0.69, 0.81), "alternative": None, "indistinguishable": {},
-             "verdict": "effect"}  # fmt: skip
+             "verdict": "effect", "suspected": ()}  # fmt: skip
     return SimpleNamespace(
         effects=effects,
         candidates=candidates,
@@ -106,3 +106,11 @@ def test_reason_without_named_effects_follows_the_verdict(monkeypatch, verdict, 
     assert expected in why_not_in_answer(accepted, answer)
     if verdict == "unknown":
         assert why_not_in_answer(other, answer) == "stribeck fits better but was not confirmed"
+
+
+def test_suspected_effect_says_so_in_the_ranking(parameters, monkeypatch):
+    suspected = candidate([effect("stribeck")], 0.5)
+    answer = engine_answer((), (suspected,), suspected, verdict="unknown", suspected=(suspected,))
+    monkeypatch.setattr(build_result, "failures", lambda *given: ("leaves more of the gap than it closes",))
+    (row,) = rank_effects(answer, ())
+    assert row.suspected and candidate_status(row).startswith("suspected, not named")

@@ -185,6 +185,7 @@ def _ranked(candidate: CandidateResult, effect: Effect, answer: GapDiagnosis, ke
         fitted_parameters(answer.state.current if in_answer else candidate.fitted, f"{name}."),
         answer.indistinguishable.get(name, ()), _in_other_runs(candidate, answer),
         tuple(other for other in kept if in_answer and other != name), known_before,
+        name in {each.effect.name for each in answer.suspected},
     )  # fmt: skip
 
 

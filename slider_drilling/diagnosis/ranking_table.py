@@ -55,6 +55,8 @@ def candidate_status(ranked: RankedEffect) -> str:
     if ranked.in_answer:
         return _in_the_answer(ranked)
     why = "; ".join(ranked.why_not)
+    if ranked.suspected:
+        return f"suspected, not named: {why}"
     return f"passed, not in the answer: {why}" if ranked.passed and why else "passed" if ranked.passed else why
 
 
@@ -63,7 +65,8 @@ def candidate_status_by_number(ranked: RankedEffect, reasons: Sequence[str]) -> 
     if ranked.in_answer:
         return _in_the_answer(ranked)
     numbers = " ".join(f"({reasons.index(reason) + 1})" for reason in ranked.why_not)
-    return f"{'passed' if ranked.passed else 'not'} {numbers}".rstrip()
+    status = "suspected" if ranked.suspected else "passed" if ranked.passed else "not"
+    return f"{status} {numbers}".rstrip()
 
 
 def _in_the_answer(ranked: RankedEffect) -> str:

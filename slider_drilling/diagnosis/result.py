@@ -128,6 +128,7 @@ class RankedEffect:
         other_runs: Share that it closes in runs that its fit has not seen, with several runs.
         accepted_with: Effects of the answer that were found together with it; `closed` is that of all of them.
         known_before: Effects found before it; `closed` is a share of the gap that these leave.
+        suspected: There is evidence of it, but not of a size that may be named.
     """
 
     effect: str
@@ -142,6 +143,7 @@ class RankedEffect:
     other_runs: ClosedShare | None = None
     accepted_with: tuple[str, ...] = ()
     known_before: tuple[str, ...] = ()
+    suspected: bool = False
 
 
 @dataclass(frozen=True)
