@@ -21,7 +21,7 @@ from slider_drilling.messages.topics import (
     TWIN_PREFIXES,
 )
 from slider_drilling.nodes import raw_topics
-from slider_drilling.twin import Detection, Forecast, TwinReport
+from slider_drilling.twin import COMPARED, Detection, Forecast, TwinReport
 
 NOTE_PERIOD = 10.0  # s of the rig's time between messages in which only the note is another one
 SCHEMA = "slider_drilling/gap_diagnosis/1"
@@ -62,11 +62,10 @@ class TwinPublishers:
         """
         self._publish_expected(report, start_ns)
         stamp = start_ns + round(report.time * 1e9)
-        states = report.channels
+        # Always all channels in the same order: viewers find them by their place.
         for seconds, publisher in self._gaps.items():
-            gaps = {name: getattr(state, f"gap_{seconds}") for name, state in states.items()}
-            _publish_numbers(publisher, stamp, gaps)
-        _publish_numbers(self._threshold, stamp, {name: state.threshold for name, state in states.items()})
+            _publish_numbers(publisher, stamp, _of_channels(report, f"gap_{seconds}"))
+        _publish_numbers(self._threshold, stamp, _of_channels(report, "threshold"))
         trends = report.trends
         for bound, publisher in self._trends.items():
             end = {"value": "value", "lower": "low", "upper": "high"}[bound]
@@ -156,6 +155,11 @@ def detection_json(detection: Detection, start: float) -> dict[str, Any]:
         "size": detection.size if math.isfinite(detection.size) else None,
         "what": detection.what,
     }
+
+
+def _of_channels(report: TwinReport, attribute: str) -> dict[str, float]:
+    """A number of every channel; NaN for one that the rig does not have."""
+    return {name: getattr(report.channels.get(name), attribute, math.nan) for name in COMPARED}
 
 
 def _publish_numbers(publisher: Publisher, stamp_ns: int, numbers: Mapping[str, float]) -> None:

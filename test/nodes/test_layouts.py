@@ -29,12 +29,12 @@ SANE = {"kN m": (-20.0, 20.0), "kN": (-1.0, 600.0), "bar": (150.0, 250.0), "deg"
 
 @pytest.fixture(scope="module")
 def messages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
-    """Every message of a minute's slide, decoded, by topic."""
+    """Every message of a slide of 40 s beside a twin, decoded, by topic."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
         patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
         outcome = run_session(
-            SessionOptions(duration=60.0, record=tmp_path_factory.mktemp("log"), target=0.3, elements=20)
+            SessionOptions(duration=40.0, record=tmp_path_factory.mktemp("log"), target=0.3, elements=20, twin=True)
         )
     assert outcome.log is not None
     found = defaultdict(list)
@@ -78,6 +78,8 @@ def curve_of(name: str, messages: dict[str, list[Any]]) -> list[float]:
 
 
 def assert_sane(values: list[float], label: str) -> None:
+    if "noise levels" in label or label.startswith("/gap"):
+        values = [value for value in values if not math.isnan(value)]  # a channel without a gap so far
     assert values and all(math.isfinite(value) for value in values), label
     unit = re.search(r", ([^,()]+)$", label)
     if unit and unit[1] in SANE:
