@@ -31,10 +31,9 @@ from slider_drilling.live.page_requests import (
     SetTarget,
 )
 from slider_drilling.live.state import LiveParameter, LiveState, zero_meaning
-from slider_drilling.live.status_text import convert_status
 from slider_drilling.live.twin_panel import TwinPanel
 from slider_drilling.messages.health import Level
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Units, quantities_in
 
 TITLE = "Slide drilling"
 FRAME_PERIOD = 0.1  # s between frames of the instruments
@@ -190,7 +189,8 @@ class PageView:
         statuses = self._state.statuses()
         names = [shown.status.name for shown in statuses]
         wanted = [
-            (shown.level, _title(shown.status.name, names), convert_status(shown.message, self._units), shown.freshness)
+            (shown.level, _title(shown.status.name, names), self._units.convert_text(quantities_in(shown.message)),
+             shown.freshness)
             for shown in statuses
         ]
         if wanted == self._shown_statuses:

@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from slider_drilling.live.status_text import convert_status
 from slider_drilling.live.twin_state import TwinState
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Units, quantities_in
 
 _TRENDS = ("friction", "motor_gain", "circulating_pressure", "string_stiffness")
 
@@ -74,7 +73,7 @@ def detection_label(one: Mapping[str, Any], units: Units = SI) -> str:
     )
     if effects:
         return effects
-    seen = convert_status(str(one.get("what") or one.get("site") or "a change"), units)
+    seen = units.convert_text(quantities_in(str(one.get("what") or one.get("site") or "a change")))
     return f"suspected: {suspected} ({seen})" if suspected else seen
 
 

@@ -15,10 +15,9 @@ from slider_drilling.live.drilling_progress import DrillingProgress
 from slider_drilling.live.frame import drilling_figures, expected_json
 from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.live.status_text import convert_status
 from slider_drilling.live.twin_frame import detection_label, twin_json
 from slider_drilling.live.twin_state import MAX_EXPECTED, MAX_TREND_POINTS, TwinState
-from slider_drilling.units import FIELD, SI
+from slider_drilling.units import FIELD, quantities_in
 
 DETECTION = {"detected": 95.0, "since": 60.0, "interval": [55.0, 66.0], "site": "hydraulics", "effects": ["washout"],
              "suspected": [], "what": "standpipe pressure 3.2 bar lower", "verdict": "named",
@@ -88,26 +87,6 @@ def test_pick_up_makes_no_hole() -> None:
     assert progress.rate_of_penetration == pytest.approx((0.5 - 0.29) / 60.0)
 
 
-@pytest.mark.parametrize(
-    ("said", "shown"),
-    [
-        ("rocking reaches 3240 m of 4000 m", "rocking reaches 10630 ft of 13123 ft"),
-        ("string 2.9 % stiffer, motor -0.2 %, torque sensor +31 N m", "string 2.9 % stiffer, motor -0.2 %, torque "
-         "sensor +23 ft lbf"),
-        ("no stall (18.1 bar across the motor, limit 59.5 bar, 0 stalls so far)",
-         "no stall (263 psi across the motor, limit 863 psi, 0 stalls so far)"),
-        ("torque stands for -1.2 kN m against pressure", "torque stands for -885 ft lbf against pressure"),
-        ("is at its limit of 170 kN: lowering stopped", "is at its limit of 38.2 klbf: lowering stopped"),
-        ("needs more than 0.2 m/s", "needs more than 0.7 ft/s"),
-        ("+3.0 rad off its reference", "+0.48 turns off its reference"),
-        ("+4.5 deg off target, 12 s ago, 5 many, x3 m", "+4.5 deg off target, 12 s ago, 5 many, x3 m"),
-    ],
-)  # fmt: skip
-def test_status_texts_follow_the_units(said: str, shown: str) -> None:
-    assert convert_status(said, FIELD) == shown
-    assert convert_status(said, SI) == said
-
-
 def test_controller_texts_have_no_bare_si_left() -> None:
     from slider_drilling.control import SlideController
     from slider_drilling.drillstring import VirtualRig
@@ -116,7 +95,7 @@ def test_controller_texts_have_no_bare_si_left() -> None:
     plant, controller = VirtualRig(rig, elements=20), SlideController(rig)
     for _ in range(600):
         plant.step(controller.step(plant.measurements))
-    texts = [convert_status(one.message, FIELD) for one in controller.status()]
+    texts = [FIELD.convert_text(quantities_in(one.message)) for one in controller.status()]
     assert any("ft" in text for text in texts) and any("psi" in text for text in texts)
     for text in texts:
         assert not any(f" {unit}" in f"{text} ".replace(",", " ") for unit in ("m ", "bar ", "N m ", "kN ")), text
