@@ -27,6 +27,7 @@ from slider_drilling.blind.sealed_plant import (
     size_in_noise,
 )
 from slider_drilling.blind.wells import WELLS
+from slider_drilling.diagnosis.drilling_programmes import ProgrammeLimits, programme_limits
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.rig import Rig
 
@@ -72,6 +73,11 @@ class SealedRig:
     def law(self) -> PlantLaw:
         """All laws together."""
         return self.laws[0] if len(self.laws) == 1 else combine(*self.laws)
+
+    @property
+    def limits(self) -> ProgrammeLimits:
+        """What no run may exceed, by the rig file."""
+        return programme_limits(self.rig)
 
     def label(self, log: str) -> Label:
         """The truth, for the log with this file name."""

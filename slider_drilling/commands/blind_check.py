@@ -13,6 +13,8 @@ from slider_drilling.commands.campaign_options import jobs_option, scheduler_opt
 from slider_drilling.commands.options import SEED, json_option, print_json, units_option, write_and_print
 
 if TYPE_CHECKING:
+    from slider_drilling.blind.cases import Case
+    from slider_drilling.blind.check import JobRunner
     from slider_drilling.blind.score import ScoredCase
     from slider_drilling.campaign.job import Job
     from slider_drilling.campaign.run import CampaignOutcome
@@ -26,6 +28,7 @@ Examples:
   slider-drilling blind-check --rig my.yaml --effects stribeck,heave,none --sizes 1,2,4 --cases 60 -o blind
   slider-drilling blind-check --cases 100 --seal-only -o sealed
   slider-drilling blind-check --logs sealed -o blind_of_this_code
+  slider-drilling blind-check --rounds 2 --duration 120 --cases 20 -o rounds
 """
 
 
@@ -60,6 +63,13 @@ Examples:
               help="Also fit the true effect alone, to repeats of each run.")  # fmt: skip
 @click.option("--repeats", default=3, show_default=True, type=click.IntRange(1, 100),
               help="Repeats of each run for the oracle. More repeats make it more certain.")  # fmt: skip
+@click.option("--rounds", default=0, show_default=True, type=click.IntRange(0, 5),
+              help="Ask each rig so many planned programmes, and diagnose after each; beside them, after a second "
+                   "routine log, a random programme and the commissioning programme.")  # fmt: skip
+@click.option("--minutes", default=4.0, show_default=True, help="With --rounds: longest time of a programme.")
+@click.option("--true-effects-only", is_flag=True,
+              help="With --rounds: diagnoses consider the true effects alone, which shows what the logs hold at "
+                   "best.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
@@ -83,6 +93,9 @@ def command(
     only: str,
     oracle: bool,
     repeats: int,
+    rounds: int,
+    minutes: float,
+    true_effects_only: bool,
     jobs: int,
     scheduler: str,
     output: Path,
@@ -105,6 +118,10 @@ def command(
 
     if answers is not None and sealed is None:
         raise InputError("--answers: give the folder of the sealed logs with --logs")
+    if rounds and sealed is not None:
+        raise InputError("--rounds: the rigs must be drawn anew: leave out --logs")
+    if not 1.0 <= minutes <= 30.0:
+        raise InputError(f"--minutes {minutes:g}: must be 1 to 30 min")
     make_folder(output)
     check_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
     _check_effect_names(_names(only))
@@ -121,7 +138,7 @@ def command(
                     _names(log_defects), _names(plants))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
-        outcome = check.seal(drawn, rig, output, run, repeats)
+        outcome = check.seal(drawn, rig, output, run, 0 if rounds else repeats)
         count = outcome.completed + outcome.already_done
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
         if as_json and (seal_only or outcome.stop_code or not count):
@@ -130,6 +147,8 @@ def command(
             raise InputError(f"{output}: no log could be made: {next(iter(outcome.failed.values()))}")
         if seal_only or outcome.stop_code:
             return outcome.exit_code
+        if rounds:
+            return _rounds(drawn, Path(str(rig)), output, (rounds, minutes, true_effects_only), run, as_json, units)
         sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "log_defects": log_defects, "plants": plants, "duration": duration,
@@ -140,6 +159,45 @@ def command(
     checked = check.check(sealed, output, stems, check.DiagnosisRequest(_names(only), oracle=oracle), run)
     _report(checked.cases, checked.answers, options, output, as_json, units)
     return checked.exit_code
+
+
+def _rounds(
+    drawn: Sequence[Case], rig: Path, output: Path, asked: tuple[int, float, bool], run: JobRunner, as_json: bool,
+    units: Units,
+) -> int:  # fmt: skip
+    from rich.table import Table
+
+    from slider_drilling.blind.round_totals import arm_totals, rounds_json
+    from slider_drilling.blind.rounds import RoundsRequest, StoppedError, check_rounds
+    from slider_drilling.blind.rounds_page import HEADS, arm_cells, rounds_page
+    from slider_drilling.campaign.code_version import code_version
+    from slider_drilling.console.streams import stdout
+    from slider_drilling.files.output_files import write_atomically
+    from slider_drilling.pages import write_page
+
+    rounds, minutes, true_effects_only = asked
+    request = RoundsRequest(rounds, minutes, true_effects_only=true_effects_only)
+    try:
+        results, stages = check_rounds(drawn, rig, output, request, run)
+    except StoppedError as stopped:
+        return stopped.exit_code
+    options = {"cases": len(drawn), "rounds": rounds, "minutes": minutes, "true_effects_only": true_effects_only,
+               "code": code_version()}  # fmt: skip
+    tree, paths = rounds_json(results, options), (output / "rounds.json", output / "rounds.html")
+
+    def show() -> None:
+        table = Table(*HEADS)
+        for arm in arm_totals(results):
+            table.add_row(*arm_cells(arm))
+        stdout().print(table)
+
+    def write() -> tuple[Path, ...]:
+        write_atomically(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
+        write_page(paths[1], rounds_page(results, true_effects_only), units)
+        return paths
+
+    write_and_print(tree if as_json else None, show, write)
+    return max(outcome.exit_code for outcome in stages)
 
 
 def _check_effect_names(names: Sequence[str]) -> None:

@@ -57,6 +57,15 @@ def read_earlier_answer(path: Path) -> EarlierAnswer:
     return earlier_answer(tree, str(file))
 
 
+def read_result_tree(path: Path) -> dict[str, Any]:
+    """The tree that a job of a campaign returned, from the file of its result. Raises InputError."""
+    try:
+        tree: dict[str, Any] = json.loads(read_text(path, "result"))["result"]
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: not a result; delete it and run again") from None
+    return tree
+
+
 def earlier_answer(tree: Mapping[str, Any], source: str) -> EarlierAnswer:
     """The answer in a tree of diagnosis.json; ``source`` names it in errors. Raises InputError."""
     if not isinstance(tree, Mapping) or not str(tree.get("schema", "")).startswith(_SCHEMA):

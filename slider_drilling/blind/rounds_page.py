@@ -1,0 +1,74 @@
+"""rounds.html: what asking the rig gained, on one page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from slider_drilling.blind.round_totals import ArmTotals, arm_totals, compare_arms
+from slider_drilling.blind.rounds import ArmResult
+from slider_drilling.pages import Headline, Page, Section, Table, Tag
+from slider_drilling.pages.page import Cell
+
+HEADS = ("after", "cases", "one effect, named", "both of two", "with a wrong name", "false alarms", "correct",
+         "over a limit", "largest use of a limit")  # fmt: skip
+
+
+def arm_cells(arm: ArmTotals) -> tuple[str, ...]:
+    """The row of an arm."""
+    used = "-" if arm.largest_limit_use is None else f"{100.0 * arm.largest_limit_use:.0f} %"
+    shares = (arm.single_named, arm.both_named, arm.extra_names, arm.false_alarms, arm.correct, arm.over_limit)
+    return (arm.arm, str(arm.cases), *map(str, shares), used)
+
+
+def rounds_page(results: Sequence[ArmResult], true_effects_only: bool) -> Page:
+    """The page.
+
+    Args:
+        results: Every case and arm.
+        true_effects_only: Whether the diagnoses considered the true effects alone.
+    """
+    arms = arm_totals(results)
+    names = [arm.arm for arm in arms]
+    first = next((name for name in names if name.startswith("planned")), None)
+    others = [name for name in names if not name.startswith("planned")]
+    pairs = [compare_arms(results, first, other) for other in others] if first is not None else []
+    paired = Table(
+        ("after", "missed", "after", "missed", "cases", "only the first", "only the second", "p"),
+        tuple((p.first, p.first_missed, p.second, p.second_missed, p.cases, p.only_first_missed, p.only_second_missed,
+               p.p_value) for p in pairs),
+        "The same cases with effects, in pairs; p by the exact test of McNemar",
+    )  # fmt: skip
+    by_log: dict[str, dict[str, ArmResult]] = {}
+    for each in results:
+        by_log.setdefault(each.case.log, {})[each.arm] = each
+    rows = tuple(
+        (" + ".join(next(iter(own.values())).case.true_effects) or "none", *(_cell(own.get(name)) for name in names))
+        for own in by_log.values()
+    )
+    notes = [
+        "Every case is one rig of foreign structure. Its routine log is diagnosed alone, then together with one more "
+        "run: planned, a second routine log, a random programme, and the fixed commissioning programme, none of them "
+        "longer than a programme may be; then with two planned runs.",
+    ]  # fmt: skip
+    if true_effects_only:
+        notes.append(
+            "The diagnoses considered the true effects alone: what the logs hold at best. The plans did not know them."
+        )
+    sections = (
+        Section("After each run", (Table(HEADS, tuple(arm_cells(arm) for arm in arms),
+                                         "Counts, shares and exact binomial 95 % intervals"),)),
+        Section("Planned against the others", (paired,)),
+        Section("Every case", (Table(("in the log", *names), rows),)),
+    )  # fmt: skip
+    best = max(arms, key=lambda arm: arm.correct.count / max(arm.correct.total, 1), default=None)
+    text = "No case came to an end." if best is None else f"Most correct after {best.arm}: {best.correct}."
+    return Page(
+        "Blind check in rounds", f"{len(by_log)} sealed rigs", sections, headline=Headline(text), notes=tuple(notes)
+    )
+
+
+def _cell(result: ArmResult | None) -> Cell:
+    if result is None:
+        return "-"
+    case = result.case
+    return (Tag(case.outcome, "good" if case.correct else "bad"), " + ".join(case.named_effects) or case.verdict)
