@@ -82,6 +82,9 @@ COMMANDS: dict[str, CommandEntry] = {
     "plan-test": CommandEntry(
         "slider_drilling.commands.plan_test", "Plan the test programme that tells causes apart."
     ),
+    "investigate": CommandEntry(
+        "slider_drilling.commands.investigate", "Record, diagnose, plan a test, run it, until the answer stands."
+    ),
     "study": CommandEntry(
         "slider_drilling.commands.study", "Study the paper's vibration tools, with a verdict on each claim."
     ),

@@ -47,7 +47,7 @@ class TestPlan:
         knowledge: What was known before.
         without: What is known without any run; None before any log.
         planned: The run that tells most.
-        fixed: Runs to compare with, by name; the first is routine operation.
+        fixed: Runs to compare with, by name, routine operation first; empty where none was asked for.
         evaluations: Number of programmes that were compared.
     """
 
@@ -71,6 +71,7 @@ def plan_run(
     *,
     evaluations: int = 150,
     seed: int = 0,
+    compare: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> TestPlan:
     """The programme that tells most.
@@ -80,6 +81,7 @@ def plan_run(
         programmes: What may be done.
         evaluations: Number of programmes to compare.
         seed: Of the search.
+        compare: Whether the fixed programmes are assessed, too; before any log the first one is in any case.
         progress: Called with the share done.
 
     Raises:
@@ -103,7 +105,10 @@ def plan_run(
         )
     every = knowledge.shapes()
     planned = assess(knowledge, programmes, programmes.programme(found.values), every)
-    fixed = {name: assess(knowledge, programmes, run, every) for name, run in programmes.fixed.items()}
+    runs = list(programmes.fixed.items())
+    if not compare:
+        runs = runs[:1] if knowledge.information is None else []
+    fixed = {name: assess(knowledge, programmes, run, every) for name, run in runs}
     without = None
     if knowledge.information is not None:
         without = prospect(knowledge, _with_explanations(knowledge), every)

@@ -13,7 +13,7 @@ from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import SearchState
 
 # Programmes that are compared: a full plan compares more (`plan-test`).
-_EVALUATIONS = 32
+_EVALUATIONS = 24
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ def recommend_manoeuvre(
         return None
     knowledge = after_logs(state, effects)
     try:
-        plan = plan_run(knowledge, model.programmes(model.programme_duration), evaluations=_EVALUATIONS, seed=seed)
+        programmes = model.programmes(model.programme_duration)
+        plan = plan_run(knowledge, programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
     except ValueError:
         return None
     return recommendation(plan, reason)

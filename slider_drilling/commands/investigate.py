@@ -1,0 +1,151 @@
+"""`slider-drilling investigate`: record, diagnose, plan, run, and again, until the answer stands."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.commands.options import SEED, json_option, units_option_with, write_and_print
+
+if TYPE_CHECKING:
+    from slider_drilling.investigation.loop import Investigation, Recorder
+    from slider_drilling.rig import Rig
+    from slider_drilling.units import Units
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling investigate --rig rig.yaml --on sealed --rounds 2 -o investigation
+  slider-drilling investigate --rig rig.yaml --on well_17 --rounds 3
+  slider-drilling investigate --rig rig.yaml --on ros --effect static_aging -o investigation
+"""
+_POLL_S = 2.0
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), required=True, help="Rig file.")
+@click.option("--on", "where", required=True, metavar="sealed|ros|FOLDER",
+              help="sealed: a rig of foreign structure with a hidden effect. ros: the simulator's nodes, or with "
+                   "--drive-rig a rig. FOLDER: somebody runs each programme and puts its log there.")  # fmt: skip
+@click.option("--rounds", default=3, show_default=True, type=click.IntRange(1, 20), help="Largest number of tests.")
+@click.option("--minutes", default=4.0, show_default=True, help="Longest time of a test.")
+@click.option("--programmes", default=150, show_default=True, type=click.IntRange(2, 10000),
+              help="Number of programmes that a plan compares.")  # fmt: skip
+@click.option("--wait", default=0.0, show_default=True, metavar="MINUTES",
+              help="With a folder: wait so long for the next log.")  # fmt: skip
+@click.option("--sealed-effect", "sealed_effects", multiple=True, metavar="NAME",
+              help="With sealed: the hidden effect; repeatable once. [default: one drawn by the seed]")  # fmt: skip
+@click.option("--size", default=1.5, show_default=True, help="With sealed: its size, in noise floors.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME[:KEY=VALUE,...]",
+    help="With ros: give the simulated rig an effect; repeatable.",
+)
+@click.option("--drive-rig", is_flag=True,
+              help="With ros: drive the rig on the topics instead of a simulator. Top drive, block and pump will "
+                   "move.")  # fmt: skip
+@click.option("--seed", default=0, show_default=True, type=SEED, help="Of sealed rigs, plans and diagnoses.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("investigation"), show_default=True,
+              help="Folder of all files; with --on FOLDER that folder.")  # fmt: skip
+@units_option_with("field")
+@json_option
+def command(
+    rig_path: Path, where: str, rounds: int, minutes: float, programmes: int, wait: float,
+    sealed_effects: tuple[str, ...], size: float, effects: tuple[str, ...], drive_rig: bool, seed: int, output: Path,
+    units: Units, as_json: bool,
+) -> None:  # fmt: skip
+    """Record, diagnose, plan a test, run it, and again, until the answer stands or nothing more can be learnt.
+
+    The folder holds every log, diagnosis and programme; the same command goes on where its files end.
+    """
+    from slider_drilling.api.rigs import load_rig
+    from slider_drilling.console.streams import progress_stages
+    from slider_drilling.errors import InputError
+    from slider_drilling.investigation.belief_page import belief_page, investigation_json
+    from slider_drilling.investigation.loop import InvestigationOptions, investigate
+    from slider_drilling.test_planning.drilling_plan import PlanTestOptions
+
+    if drive_rig and where != "ros":
+        raise InputError("--drive-rig: only with --on ros")
+    if not 0.05 <= size <= 50.0 or len(sealed_effects) > 2:
+        raise InputError(f"--size {size:g}: must be 0.05 to 50 noise floors, of one or two --sealed-effect")
+    rig = load_rig(rig_path)
+    folder = output if where in ("sealed", "ros") else Path(where)
+    record = _recorder(where, rig, rig_path, (sealed_effects, size, seed), effects, drive_rig, wait)
+    plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
+    with progress_stages() as report:
+        found = investigate(folder, rig, record, InvestigationOptions(rounds, plan, seed), units, report)
+    page, tree = folder / "investigation.html", folder / "investigation.json"
+
+    def write() -> tuple[Path, ...]:
+        from slider_drilling.files.output_files import write_atomically
+        from slider_drilling.pages import write_page
+
+        write_page(page, belief_page(found, rig), units)
+        text = json.dumps(investigation_json(found), indent=1, allow_nan=False)
+        write_atomically(tree, f"{text}\n".encode())
+        return page, tree
+
+    write_and_print(investigation_json(found) if as_json else None, lambda: _print(found), write)
+
+
+def _recorder(
+    where: str, rig: Rig, rig_path: Path, sealed: tuple[tuple[str, ...], float, int], effects: tuple[str, ...],
+    drive_rig: bool, wait: float,
+) -> Recorder:  # fmt: skip
+    """Runs a programme on what the user has named."""
+    from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
+
+    if where == "sealed":
+        return sealed_recorder(sealed_rig(rig, *sealed))
+    if where == "ros":
+        return lambda number, programme, log: _run_on_ros(rig_path, programme, log, effects, drive_rig)
+    if wait <= 0.0:
+        return folder_recorder
+
+    def waiting(number: int, programme: Path, log: Path) -> bool:
+        until = time.monotonic() + 60.0 * wait
+        while not folder_recorder(number, programme, log) and time.monotonic() < until:
+            time.sleep(_POLL_S)
+        return log.is_file()
+
+    return waiting
+
+
+def _run_on_ros(rig: Path, programme: Path, log: Path, effects: tuple[str, ...], drive_rig: bool) -> bool:
+    """Run a programme in a process of its own, so that a node that fails ends only its run."""
+    from slider_drilling.errors import InputError
+
+    folder = log.with_suffix(".run")
+    if drive_rig:
+        call = ["-m", "slider_drilling.nodes.rig_session", str(rig), str(programme), str(folder)]
+    else:
+        call = ["-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme), "--record",
+                str(folder)]  # fmt: skip
+        call += [part for effect in effects for part in ("--effect", effect)]
+    ended = subprocess.run([sys.executable, *call], capture_output=True, text=True, check=False)
+    logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
+    if ended.returncode or not logs:
+        lines = [line for line in (ended.stderr or ended.stdout).splitlines() if line.strip()]
+        raise InputError(f"{programme}: the run ended with code {ended.returncode}: {lines[-1] if lines else 'no log'}")
+    shutil.copyfile(logs[-1], log)
+    return True
+
+
+def _print(found: Investigation) -> None:
+    from slider_drilling.console.streams import stdout
+
+    for each in found.rounds:
+        names = ", ".join(each.diagnosis["effects"]) or "no name"
+        stdout().print(f"after log {each.number}: {each.diagnosis['verdict']}: {names}")
+    stdout().print(found.ending)

@@ -1,0 +1,120 @@
+"""investigation.html: how the belief moved from run to run; and investigation.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.investigation.loop import Investigation, Round
+from slider_drilling.pages import Bars, Chart, Headline, Page, Panel, Section, Table, Tag
+from slider_drilling.pages.page import Cell, Tone
+from slider_drilling.pages.titles import well_name
+from slider_drilling.rig import Rig
+from slider_drilling.units import Text
+
+SCHEMA = "slider_drilling/investigation/1"
+_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
+
+
+def belief_page(investigation: Investigation, rig: Rig) -> Page:
+    """The page as plain data."""
+    rounds = investigation.rounds
+    sections = []
+    if rounds:
+        sections = [
+            Section("Round by round", (_rounds_table(rounds),)),
+            Section("How the belief moved", (*_belief(rounds),)),
+            Section("What could be hidden", (_hidden(rounds),)),
+        ]
+    last = rounds[-1].diagnosis if rounds else None
+    text = f"{investigation.ending[:1].upper()}{investigation.ending[1:]}."
+    if last is not None:
+        text = f"{last['summary']} {text}"
+    tone = _TONES.get(last["verdict"], "bad") if last is not None else "plain"
+    label = "waits for a log" if investigation.waits_for is not None else "investigation"
+    return Page("Investigation", well_name(rig), tuple(sections), (("logs", str(len(rounds))),),
+                Headline(text, tone, label))  # fmt: skip
+
+
+def _rounds_table(rounds: tuple[Round, ...]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for each in rounds:
+        asked = each.diagnosis.get("next_manoeuvre")
+        names = ", ".join(name.replace("_", " ") for name in each.diagnosis["effects"]) or "no name"
+        took = "-" if each.plan is None else f"{each.plan['duration_s']:.0f} s"
+        rows.append((
+            str(each.number), Tag(each.diagnosis["verdict"].replace("_", " "),
+                                  _TONES.get(each.diagnosis["verdict"], "bad")),
+            names, "-" if asked is None else asked["reason"], _left(each.open_before), _left(each.open_after), took,
+        ))  # fmt: skip
+    caption = (
+        "Left to find out: 0 where every effect would show at the smallest size that anybody acts on, and no two "
+        "explanations look alike."
+    )
+    header = ("logs", "verdict", "named", "open", "left to find out", "expected after the test", "test takes")
+    return Table(header, tuple(rows), caption)
+
+
+def _left(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
+def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
+    """The weights of the explanations after each log."""
+    names = list(dict.fromkeys(_name(each) for r in rounds for each in r.diagnosis["explanations"]))
+    marks, base = [], np.zeros(len(rounds))
+    places = tuple(f"after log {each.number}" for each in rounds)
+    for name in names:
+        weights = np.array([
+            sum(each["weight"] for each in r.diagnosis["explanations"] if _name(each) == name) for r in rounds
+        ])  # fmt: skip
+        marks.append(Bars(name, places, weights, base=base.copy(), text=tuple(_percent(w) for w in weights)))
+        base = base + weights
+    text = "The probability of each explanation that was fitted, by how well it predicts held-out data."
+    return (text, Chart("Explanations", "", (Panel("probability", tuple(marks), limits=(0.0, 1.02)),)))
+
+
+def _name(explanation: dict[str, Any]) -> str:
+    return " and ".join(each.replace("_", " ") for each in explanation["effects"]) or "calibration alone"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.005 else ""
+
+
+def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
+    """By effect, the chance that a usual size would have been named, after each log."""
+    planned = [each for each in rounds if each.plan is not None]
+    if not planned:
+        return "No test was planned."
+    plans = [each.plan for each in planned if each.plan is not None]
+    names = list(dict.fromkeys(row["name"] for plan in plans for row in plan["effects"]))
+    rows = []
+    for name in names:
+        own = [next((row for row in plan["effects"] if row["name"] == name), None) for plan in plans]
+        first = next(row for row in own if row is not None)
+        cells = ["named" if row is None else f"{100.0 * row['power_without']:.0f} %" for row in own]
+        end = "named" if own[-1] is None else f"{100.0 * own[-1]['power_with']:.0f} %"
+        rows.append((name.replace("_", " "), f"{first['parameter']} {first['usual']:.2g} {first['unit']}", *cells, end))
+    heads = tuple(f"after log {each.number}" for each in planned)
+    caption = (
+        "Probability that an effect of a usual size is named: with the logs so far, and with the last test planned"
+    )
+    return Table(("effect", "usual size", *heads, "with the last test"), tuple(rows), caption)
+
+
+def investigation_json(investigation: Investigation) -> dict[str, Any]:
+    """The tree of investigation.json."""
+    waits = investigation.waits_for
+    return {
+        "schema": SCHEMA,
+        "ending": investigation.ending,
+        "waits_for": None if waits is None else str(waits),
+        "rounds": [
+            {"number": each.number, "verdict": each.diagnosis["verdict"], "effects": each.diagnosis["effects"],
+             "explanations": each.diagnosis["explanations"], "open_before": each.open_before,
+             "open_after": each.open_after}
+            for each in investigation.rounds
+        ],
+    }  # fmt: skip

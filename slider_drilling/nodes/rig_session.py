@@ -1,0 +1,92 @@
+"""Controller and recorder on a rig's own topics until a programme has ended; no simulator.
+
+python -m slider_drilling.nodes.rig_session RIG PROGRAMME FOLDER
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.parameter import Parameter
+
+from slider_drilling.errors import InputError
+from slider_drilling.nodes import environment
+from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.run_node import init
+from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.spin import drain, spin
+from slider_drilling.programmes.progress import ProgrammeProgress
+
+
+def run_on_rig(rig: Path, programme: Path, folder: Path) -> tuple[Path, ProgrammeProgress | None]:
+    """Run a programme on the rig behind the topics, with its limits and interlocks, and record it.
+
+    Args:
+        rig: Rig file.
+        programme: The programme.
+        folder: Of the log.
+
+    Returns:
+        The log, and how far the programme came.
+
+    Raises:
+        InputError: A file or folder cannot be used.
+    """
+    init(["slider-drilling"])
+    shutdown_request = ShutdownRequest()
+    shutdown_request.take_signals()
+    try:
+        with contextlib.ExitStack() as ending:
+            return _run(rig, programme, folder, shutdown_request, ending)
+    finally:
+        rclpy.try_shutdown()
+        shutdown_request.restore_handlers()
+
+
+def _run(
+    rig: Path, programme: Path, folder: Path, shutdown_request: ShutdownRequest, ending: contextlib.ExitStack
+) -> tuple[Path, ProgrammeProgress | None]:
+    def make(kind: Callable[..., Any], **parameters: Any) -> Any:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        node = kind(shutdown_request, parameter_overrides=overrides)
+        ending.callback(node.destroy_node)
+        return node
+
+    recorder = make(Recorder, directory=str(folder), rig=str(rig), programme=str(programme))
+    ending.push(functools.partial(_close, recorder))
+    controller = make(RockingController, rig=str(rig), programme=str(programme), end_with_programme=True)
+    executor = spin([recorder, controller], shutdown_request, lambda: None)
+    ending.callback(executor.shutdown)
+    drain(executor, lambda: recorder.messages)
+    shutdown_request.raise_error()
+    return recorder.path, controller.programme_progress
+
+
+def _close(recorder: Recorder, *exception: object) -> None:
+    recorder.close()
+
+
+def main() -> int:
+    """Run a programme; exit code 0 if it came to its end, 1 if it was aborted, 2 for a mistake."""
+    if len(sys.argv) != 4:
+        print(__doc__, file=sys.stderr)
+        return 2
+    environment.prepare()
+    try:
+        log, progress = run_on_rig(*(Path(argument) for argument in sys.argv[1:]))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(f"{log}: {progress}")
+    return 1 if progress is None or progress.reason else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""An investigation stops for a log, goes on where its files end, and ends for a reason."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from click.testing import CliRunner
+from short_well import short_rig
+
+from slider_drilling.commands.investigate import command
+from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.investigation import loop
+from slider_drilling.investigation.belief_page import belief_page, investigation_json
+from slider_drilling.investigation.loop import InvestigationOptions, investigate
+from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
+from slider_drilling.log import read_log
+from slider_drilling.pages import page_html
+from slider_drilling.programmes import Programme, Rest, Step, load_programme, open_loop_commands
+from slider_drilling.programmes.open_loop import SETTLING
+from slider_drilling.units import SI
+
+ASKED = {"reason": "no known effect explains the gap"}
+
+
+def answer(verdict="unknown", effects=(), asked=ASKED):
+    explanations = [
+        {"effects": list(effects), "weight": 0.7, "parameters": {}, "fidelity": 0},
+        {"effects": [], "weight": 0.3, "parameters": {}, "fidelity": 0},
+    ]
+    return {"schema": "slider_drilling/diagnosis/3", "log": "log", "verdict": verdict, "effects": list(effects),
+            "summary": "So it is.", "next_manoeuvre": asked, "explanations": explanations}  # fmt: skip
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """Diagnoses and plans by script: (verdict tree, loss before, loss after) of each round."""
+
+    def script(*rounds):
+        def plan_of(folder, number, rig, options, progress):
+            before, after = rounds[number - 1][1:]
+            prospects = [SimpleNamespace(loss=loss) for loss in (before, after)]
+            plan = SimpleNamespace(baseline=prospects[0], planned=SimpleNamespace(prospect=prospects[1]))
+            return SimpleNamespace(plan=plan, programme=Programme((Step(Rest(5.0)),)))
+
+        monkeypatch.setattr(loop, "_answer", lambda folder, number, *rest: rounds[number - 1][0])
+        monkeypatch.setattr(loop, "_plan", plan_of)
+        monkeypatch.setattr(loop, "plan_json", lambda plan: {"duration_s": 5.0, "effects": []})
+        monkeypatch.setattr(loop, "plan_page", lambda plan: None)
+        monkeypatch.setattr(loop, "write_page", lambda path, page, units: path.write_text(""))
+
+    return script
+
+
+def run(folder, rounds=3):
+    return investigate(folder, short_rig(), folder_recorder, InvestigationOptions(rounds), SI)
+
+
+def test_folder_waits_for_each_log_and_goes_on(tmp_path, scripted):
+    scripted((answer(), 3.0, 1.0), (answer("effect", ["stribeck"], None), 0.0, 0.0))
+    found = run(tmp_path)
+    assert found.waits_for == tmp_path / "log1.mcap"
+    assert "programme0.yaml" in found.ending
+    routine = load_programme(tmp_path / "programme0.yaml")
+    assert open_loop_commands(routine, short_rig()).time[-1] <= loop.ROUTINE_S
+    (tmp_path / "log1.mcap").touch()
+    found = run(tmp_path)
+    assert found.waits_for == tmp_path / "log2.mcap"
+    assert load_programme(tmp_path / "programme1.yaml").steps == (Step(Rest(5.0)),)
+    (tmp_path / "log2.mcap").touch()
+    found = run(tmp_path)
+    assert (found.waits_for, found.ending) == (None, "the answer stands")
+    assert [each.diagnosis["verdict"] for each in found.rounds] == ["unknown", "effect"]
+
+
+def test_open_answer_ends_where_no_test_helps(tmp_path, scripted):
+    scripted((answer(), 3.0, 2.9))
+    (tmp_path / "log1.mcap").touch()
+    assert run(tmp_path).ending == "nothing more can be learnt within the limits"
+
+
+def test_clean_answer_goes_on_while_much_is_hidden(tmp_path, scripted):
+    scripted((answer("none", asked=None), 3.0, 1.0))
+    (tmp_path / "log1.mcap").touch()
+    assert run(tmp_path).waits_for == tmp_path / "log2.mcap"
+
+
+def test_rounds_are_not_exceeded(tmp_path, scripted):
+    scripted((answer(), 3.0, 1.0), (answer(), 2.0, 1.0))
+    for number in (1, 2):
+        (tmp_path / f"log{number}.mcap").touch()
+    assert run(tmp_path, rounds=1).ending == "1 tests were made"
+
+
+def test_page_shows_how_the_belief_moved(tmp_path, scripted):
+    scripted((answer(), 3.0, 1.0), (answer("effect", ["stribeck"], None), 0.0, 0.0))
+    for number in (1, 2):
+        (tmp_path / f"log{number}.mcap").touch()
+    found = run(tmp_path)
+    page = page_html(belief_page(found, short_rig()), SI)
+    assert "The answer stands" in page
+    assert "stribeck" in page
+    tree = json.loads(json.dumps(investigation_json(found), allow_nan=False))
+    assert [each["open_before"] for each in tree["rounds"]] == [3.0, 0.0]
+
+
+def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
+    sealed = sealed_rig(short_rig(), ("torque_sensor_bias",), 2.0, 3)
+    short = replace(sealed, routine=sealed.routine.samples(slice(0, 100)))
+    record = sealed_recorder(short)
+    programme = tmp_path / "programme1.yaml"
+    programme.write_text("schema: slider_drilling/programme/1\nsteps: [{rest: {time: 12 s}}]\n")
+    for number in (1, 2):
+        assert record(number, programme, tmp_path / f"log{number}.mcap")
+    first, second = (read_log(tmp_path / f"log{number}.mcap") for number in (1, 2))
+    assert second.top_drive.time[-1] == pytest.approx(SETTLING + 12.0, abs=0.2)
+    assert first.rig() == second.rig() == short_rig()
+    assert b"torque_sensor_bias" not in (tmp_path / "log2.mcap").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--on", "sealed", "--drive-rig"], "--drive-rig: only with --on ros"),
+        (["--on", "sealed", "--sealed-effect", "gremlins"], "gremlins: unknown; use stribeck"),
+        (["--on", "sealed", "--size", "0"], "--size 0: must be 0.05 to 50"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, arguments, words):
+    rig = str(installed_file("config/rig.example.yaml"))
+    result = CliRunner().invoke(command, ["--rig", rig, *arguments, "-o", str(tmp_path / "out")])
+    assert isinstance(result.exception, InputError)
+    assert words in str(result.exception)
