@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import shlex
@@ -14,6 +15,7 @@ from click.testing import CliRunner
 
 from slider_drilling.cli import group
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
+from slider_drilling.control.interface import RigCommand
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
@@ -33,6 +35,7 @@ from slider_drilling.slide_scenarios.campaign import (
 )
 from slider_drilling.slide_scenarios.campaign_page import as_json, campaign_page, comparison_sentences
 from slider_drilling.slide_scenarios.drawn import draw_slide
+from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.score import SlideScore
 from slider_drilling.units import SI
 
@@ -149,6 +152,30 @@ def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
     assert slide_job(0, name, setting).key() != key
     with pytest.raises(InputError, match="no_such_module"):
         slide_job(0, "no_such_module:Still", setting)
+
+
+def test_foreign_rig_is_read_by_its_own_instruments():
+    scenario = draw_slide(3, 5, load_rig(RIG), 60.0, foreign=True)
+    structure = dataclasses.replace(scenario.structure, hook_load_offset=30e3, held_hook_load=0.5, encoder_step=0.1,
+                                    drive_lag=0.2)
+    rig = FaultyRig(dataclasses.replace(scenario, structure=structure), 0, 20)
+    rows = [rig.step(RigCommand(0.1 * k, 1.0, 0.0, rig.rig.measurements.pump_speed)) for k in range(50)]
+    truth, last = rig.rig.truth, rows[-1]
+    assert last.hook_load - truth.hook_load > 15e3
+    assert len({row.hook_load for row in rows}) <= 12   # held for half a second
+    assert last.top_drive_angle == pytest.approx(4.9 - 0.2, abs=0.15)   # the drive lags behind
+    assert last.top_drive_angle / 0.1 == pytest.approx(round(last.top_drive_angle / 0.1))
+
+
+def test_foreign_slide_is_another_job_with_its_own_command():
+    jobs = [slide_job(0, DEFAULT_CONTROLLER, CampaignOptions(RIG, foreign=foreign)) for foreign in (False, True)]
+    assert jobs[0].key() != jobs[1].key()
+    assert "--foreign" in repeat_command(0, DEFAULT_CONTROLLER, CampaignOptions(RIG, foreign=True), False)
+
+
+def test_stopped_slides_are_counted():
+    slides = [slide(k, 2.0) for k in range(3)] + [dataclasses.replace(slide(3, 2.0), stops=("load_channels",))]
+    assert summarise(slides).stopped == 1
 
 
 def test_job_result_round_trips(tmp_path):

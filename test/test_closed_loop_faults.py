@@ -9,14 +9,17 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.commands.closed_loop import command
-from slider_drilling.control.interface import MwdSample, RigCommand
+from slider_drilling.control.interface import Level, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
+from slider_drilling.effects import effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.slide_scenarios import SCENARIOS, run_scenario
+from slider_drilling.slide_scenarios.contenders import build_contender
 from slider_drilling.slide_scenarios.fault_scenarios import FAULTS
 from slider_drilling.slide_scenarios.fault_table import limits_for, outcome_of, terminal_header, terminal_row
 from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.rig_faults import LostFlow, PluggedNozzle, SensorFault
+from slider_drilling.slide_scenarios.scenario import Scenario
 from slider_drilling.units import SI
 
 HOLD = next(scenario for scenario in SCENARIOS if scenario.name == "hold, 4.0 km")
@@ -97,6 +100,38 @@ def test_fault_stops_lowering_with_its_reason(fault, status, reason):
     assert stops and reason in stops[0][3]
     outcome, limits = outcome_of(result), limits_for(result)
     assert outcome.within_limits and outcome.peak_weight_n < limits.weight
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("fault", "level", "status", "reason"), [
+    (SensorFault("mwd", stuck=True, start=240.0), "ERROR", "mwd_tool_face", "stuck"),
+    (SensorFault("mwd", bias=0.7, start=240.0), "WARN", "mwd_tool_face", "jumped by"),
+    (SensorFault("hook_load", bias=50e3, start=360.0), "ERROR", "load_channels", "hook-load sensor"),
+    (SensorFault("block_position", gain=0.8, start=0.0), "WARN", "block_following", "80%"),
+    (SensorFault("top_drive_angle", bias=1.0, start=240.0), "WARN", "top_drive", "on average")])
+def test_fault_is_noticed_with_its_reason(fault, level, status, reason):
+    scenario = dataclasses.replace(HOLD, duration=620.0, faults=(fault,))
+    events = run_scenario(scenario, "controller", elements=20).trace.events
+    assert any(event[1:3] == (level, status) and reason in event[3] for event in events), events
+
+
+@pytest.mark.slow
+def test_direction_dependent_friction_is_no_fault():
+    scenario = next(one for one in SCENARIOS if one.name == "friction right +30 %")
+    result = run_scenario(dataclasses.replace(scenario, duration=700.0), "controller", elements=30)
+    assert not result.trace.stops and result.score.mean_abs_error_deg < 6.0
+
+
+@pytest.mark.slow
+def test_string_that_buckles_ends_in_the_interlock():
+    effects = effects_with(buckling_contact={"factor": 2.5})
+    scenario = Scenario("buckled", "5.6 km", "", duration=600.0, effects=effects)
+    rig, controller = FaultyRig(scenario, 0, 25), build_contender("controller", scenario)
+    measurements = rig.rig.measurements
+    for _ in range(6000):
+        measurements = rig.step(controller.step(measurements))
+    (lock_up,) = [status for status in controller.status() if status.name == "lock_up"]
+    assert lock_up.level is Level.ERROR and "stays stopped" in lock_up.message
 
 
 def test_row_says_where_a_limit_was_passed():

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from slider_drilling.control.block.auto_driller import AutoDriller
-from slider_drilling.control.block.block_control import load_share_for_tool_face
+from slider_drilling.control.block.block_control import BlockControl, load_share_for_tool_face
 from slider_drilling.control.block.heave_compensation import HeaveCompensator
 from slider_drilling.control.block.return_to_bottom import ReturnToBottom
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.drag_monitor import DragMonitor
 from slider_drilling.control.interlocks.block_slip import BlockSlipInterlock
 from slider_drilling.control.interlocks.lock_up import LockUpInterlock, LockUpState
+from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.effects import BucklingContact
 from slider_drilling.rig import load_rig
 
@@ -86,12 +87,13 @@ def test_drag_is_weight_off_hook_and_bit():
     drag = DragMonitor(RIG, 0.235, 8e4)
     for _ in range(300):
         drag.tare(460e3, 0.1)
-    assert drag.transmitted_share == 1.0
+    limit = 5e4   # N, that leaves no room for drag
+    assert drag.transmitted_share(limit) == 1.0
     for hook_load, weight, arriving in ((360e3, 8e4, 1.0), (250e3, 4e4, 0.0), (250e3, 4e4, 0.0), (360e3, 8e4, 1.0)):
         for _ in range(900):
             drag.update(hook_load, weight, 0.1, 1.0, 0.1)
         assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
-        assert drag.transmitted_share == arriving
+        assert drag.transmitted_share(limit) == arriving
 
 
 def test_drag_lower_bound_subtracts_weight_uncertainty():
@@ -132,6 +134,22 @@ def lock_up_after(lock, drag, pressure, seconds):
     for _ in range(round(10.0 * seconds)):
         lock.update(drag, pressure, 1.8e6, 0.1)
     return lock.state
+
+
+def test_drag_that_may_let_go_does_not_stop_lowering():
+    """A short string has less drag than the bit may carry: it slides on, up to the weight limit."""
+    block = BlockControl(RIG, SlideSettings())
+    limit = block.weight_limit
+    weight = 0.7 * block.target_weight_on_bit
+    block.drag.tare(460e3, 0.1)
+    for drag, arriving in ((0.8 * (limit - weight), 1.0), (1.2 * (limit - weight), 0.0)):
+        block.drag._full_drag = drag / 0.7
+        for _ in range(900):
+            block.drag.update(460e3 - weight - drag, weight, 0.1, 1.0, 0.1)
+            block.update_lock_up(0.5 * block.target_pressure, 0.1)
+        assert block.drag.share == pytest.approx(0.7, rel=1e-2)
+        assert block.drag.transmitted_share(limit) == pytest.approx(arriving, abs=0.1)
+        assert block.lock_up.stops == (arriving == 0.0)
 
 
 def test_lock_up_reduces_weight_then_latches():

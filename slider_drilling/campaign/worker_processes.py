@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 from pathlib import Path
@@ -14,20 +13,7 @@ from pathlib import Path
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult, ResultNotSavedError
 from slider_drilling.campaign.worker import ONE_THREAD, job_line
-
-_PACKAGE = str(Path(__file__).resolve().parents[1])
-# The worker takes the import path, and this very package wherever it lies on that path.
-_START = """
-import sys
-package_folder, *sys.path[:] = sys.argv[1:]
-from importlib.util import module_from_spec, spec_from_file_location
-spec = spec_from_file_location(
-    "slider_drilling", package_folder + "/__init__.py", submodule_search_locations=[package_folder])
-package = sys.modules["slider_drilling"] = module_from_spec(spec)
-spec.loader.exec_module(package)
-from slider_drilling.campaign.worker import main
-main()
-"""
+from slider_drilling.process.own_path import worker_command
 
 
 class WorkerProcesses:
@@ -81,7 +67,7 @@ class _WorkerProcess:
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115  closed by `_how_it_ended`, or with this process
         # A session of its own: an interrupt at the terminal must not reach it before this process has stopped it.
         self._process = subprocess.Popen(
-            [sys.executable, "-c", _START, _PACKAGE, *_import_path()],
+            worker_command("slider_drilling.campaign.worker", "main"),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._stderr, text=True, encoding="utf-8",
             env={**os.environ, **ONE_THREAD}, start_new_session=True,
         )  # fmt: skip
@@ -120,16 +106,6 @@ class _WorkerProcess:
         if code < 0:
             return f"its process was killed by {signal.Signals(-code).name}"
         return f"its process ended with code {code}" + (f": {lines[-1]}" if lines else "")
-
-
-def _import_path() -> list[str]:
-    """All folders that this process imports from, the working directory last.
-
-    A user's modules may be there; before the standard library, a file `queue.py` of it would be executed.
-    """
-    here = os.getcwd()
-    others = [entry for entry in sys.path if entry and os.path.abspath(entry) != here]
-    return [*others, here]
 
 
 _CLUSTER_PROCESSES = WorkerProcesses()

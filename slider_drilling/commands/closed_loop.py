@@ -54,12 +54,14 @@ Examples:
               help="Run slide K of the campaign with this --seed, with its time series.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path),
               help="With --campaign and --slide: rig file that strings, fluids and noise are drawn around.")
+@click.option("--foreign", is_flag=True,
+              help="With --campaign and --slide: plants and instruments of foreign structure, not of the model's kind.")
 @scheduler_option
 @units_option
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
     sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
-    against: tuple[str, ...], slide: int | None, rig_path: Path | None, scheduler: str, units: Units,
+    against: tuple[str, ...], slide: int | None, rig_path: Path | None, foreign: bool, scheduler: str, units: Units,
 ) -> int:
     """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
 
@@ -80,7 +82,7 @@ def command(
     if faults and (every or slides is not None or slide is not None):
         raise InputError("--faults: cannot be used with --all, --campaign or --slide; give it alone or with --only")
     name = name or DEFAULT_CONTROLLER
-    options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
+    options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements, foreign=foreign)
     if slides is not None:
         if output is None:
             raise InputError("--campaign: give the folder for its results with -o; a repeated command resumes from it")

@@ -81,7 +81,7 @@ def drawn_scenario(number: int, options: CampaignOptions) -> tuple[Scenario, int
     from slider_drilling.slide_scenarios.campaign import noise_seed
     from slider_drilling.slide_scenarios.drawn import draw_slide
 
-    scenario = draw_slide(number, options.seed, load_rig(options.rig), options.duration)
+    scenario = draw_slide(number, options.seed, load_rig(options.rig), options.duration, foreign=options.foreign)
     return scenario, noise_seed(options.seed, number)
 
 

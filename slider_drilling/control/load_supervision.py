@@ -17,10 +17,10 @@ from slider_drilling.control.slide_settings import SlideSettings
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-WEIGHT_LIMIT_SHARE = 1.4        # of the target weight, weight limit where the settings give none
 _RATE_TIME = 40.0         # s, average of the rate at which the toolface turns
 _AFTER_BOTTOM = 60.0      # s after the bit is back on bottom before channels are compared
 _BELIEVED_TIME = 30.0     # s
+_DRAG_CHANGE = (0.3, 12e3)   # that is reported: share of the drag of a string that does not rotate, and N besides
 CHANNEL_FAULTS = (LoadFault.TORQUE, LoadFault.HOOK_LOAD)
 
 
@@ -43,34 +43,54 @@ class LoadSupervision:
         self._drill_off_time = driller.weight_per_pressure / driller.speed_per_pressure / rig.string.axial_stiffness
         self._believed = 0.0   # Pa, average before a sudden change
         self._pressure = pressure
-        self.check = self._make_check(settings, block)
+        self.check = self._make_check(block)
         self._off_bottom_pressure = settings.off_bottom_pressure
         self._tool_face = math.nan   # rad, at the last cycle
         self._rate = 0.0             # rad/s of the toolface
         self._last_cycle = math.nan  # s
         self._on_bottom_for = 0.0    # s
+        self._offset = 0.0           # N m of mean torque that is none of the motor's; stays once that is learnt
+        self._reference_drag = math.nan              # N
+        self._drag_change, self._tolerated_drag = 0.0, math.inf   # N, since the reference
+        self._unloaded_torque = 0.0  # N m, mean of a cycle of the breakover test
 
-    def _make_check(self, settings: SlideSettings, block: BlockControl) -> LoadCheck:
-        weight = block.target_weight_on_bit
+    def _make_check(self, block: BlockControl) -> LoadCheck:
         evidence = LoadEvidence(self._rig.bit.lever, self._rig.string.axial_stiffness)
         torque = self._rig.motor.torque_per_pressure * block.target_pressure
-        return LoadCheck(evidence, weight, torque, settings.weight_on_bit_limit or WEIGHT_LIMIT_SHARE * weight)
+        return LoadCheck(evidence, block.target_weight_on_bit, torque, block.weight_limit)
 
     def configure(self, settings: SlideSettings, block: BlockControl) -> None:
         """Use other settings; another off-bottom pressure starts the check anew and so releases it."""
         if settings.off_bottom_pressure != self._off_bottom_pressure:
             self._off_bottom_pressure = settings.off_bottom_pressure
-            self.check = self._make_check(settings, block)
+            self._reference_drag = math.nan
+            self.check = self._make_check(block)
             return
         check = self.check
         check.target_weight = block.target_weight_on_bit
         check.target_torque = self._rig.motor.torque_per_pressure * block.target_pressure
-        check.limit = settings.weight_on_bit_limit or WEIGHT_LIMIT_SHARE * check.target_weight
+        check.limit = block.weight_limit
 
     @property
     def stops(self) -> bool:
         """Whether the block must not be lowered."""
         return self.check.stops or self._pressure.tare_too_low
+
+    def take_unloaded(self, cycle: CycleAverage) -> None:
+        """Take a cycle of the breakover test: its mean torque is that of sensor, friction by direction, and twist."""
+        self._unloaded_torque = cycle.torque
+
+    def _torque_offset(self, estimated: float, sigma: float) -> float:
+        """Mean torque (N m) that is none of the motor's: sensor bias, and friction larger to one side.
+
+        The filter tells it from twist that was left in the string, but it would take pressure that is lost for it as
+        well. So it counts up to what the unloaded string has shown, and the filter's first uncertainty beyond.
+
+        Args:
+            estimated: By the filter of toolface and string, N m.
+            sigma: Standard deviation that the filter began with, N m.
+        """
+        return min(estimated, max(self._unloaded_torque, 0.0) + sigma)
 
     def update(
         self, state: SlideState, block: BlockControl, cycle: CycleAverage | None, error: float, lead: float,
@@ -125,11 +145,22 @@ class LoadSupervision:
         conditions = LoadConditions(
             loaded=block.loaded(state.pressure.smooth),
             checked=state.tool_face.known and self._on_bottom_for >= _AFTER_BOTTOM,
-            error=error, lead_torque=abs(lead) / string.compliance,
-            turning_torque=string.estimate.response_time * abs(self._rate) / string.compliance, full_drag=full_drag)
+            error=error, lead_torque=lead / string.compliance,
+            turning_torque=string.estimate.response_time * self._rate / string.compliance, full_drag=full_drag)
+        if not self.check.evidence.learning:
+            self._offset = self._torque_offset(string.estimate.bias, string.bias_sigma)
         self.check.update_cycle(
-            LoadSample(time, elapsed, cycle.torque, cycle.reactive_torque, block.drag.smooth_deficit,
+            LoadSample(time, elapsed, cycle.torque - self._offset, cycle.reactive_torque, block.drag.smooth_deficit,
                        state.monitor.value["block_position"]), conditions)
+        self._watch_drag(full_drag)
+
+    def _watch_drag(self, full_drag: float) -> None:
+        """Compare the learnt drag with that at the end of the reference period."""
+        evidence = self.check.evidence
+        if evidence.known and math.isnan(self._reference_drag):
+            self._reference_drag = evidence.drag
+        self._tolerated_drag = _DRAG_CHANGE[0] * full_drag + _DRAG_CHANGE[1]
+        self._drag_change = 0.0 if math.isnan(self._reference_drag) else evidence.drag - self._reference_drag
 
     def statuses(self) -> tuple[Status, Status, Status]:
         """Weight on bit against its limit, the off-bottom pressure over time, and the channels of the load."""
@@ -165,6 +196,10 @@ class LoadSupervision:
         values = (("difference_n_m", f"{check.evidence.difference:.0f}"), ("tolerance_n_m", f"{check.tolerance:.0f}"))
         if check.trip is not None and check.trip.fault in CHANNEL_FAULTS:
             return Status(Level.ERROR, "load_channels", _latched(check.trip), values)
+        if abs(self._drag_change) > self._tolerated_drag:
+            return Status(Level.WARN, "load_channels", f"drag by hook load has changed by "
+                          f"{self._drag_change / 1e3:+.0f} kN since the reference: other friction along the hole, or a "
+                          "hook-load sensor that drifts", values)
         known = "agree" if check.evidence.known else "are being compared for the first time"
         return Status(Level.OK, "load_channels", f"pressure, torque and hook load {known}", values)
 

@@ -134,9 +134,13 @@ class SlideController:
         if not state.monitor.clock_age:
             self._interlocks.drives.update_pump(state.monitor.value["pump_speed"], pump_speed, state.monitor.step)
         self._permission = self._interlocks.update(
-            state.monitor, state.elapsed, state.pressure.quick, state.mwd_age, tracking_error)
+            state.monitor, state.elapsed, state.pressure.quick, state.mwd_age, tracking_error, state.mwd_stuck,
+            state.tool_face.replaced_by)
         self._adapt_to_drag()
-        if not self._amplitude.testing:
+        if self._amplitude.testing:
+            if cycle is not None:
+                self._load.take_unloaded(cycle)
+        else:
             lead = self._centre.lead(self.error, state.tool_face, self._amplitude) if state.tool_face.known else 0.0
             self._load.update(state, self._block, cycle, self.error, lead, self._block.drag.full_drag)
         self._rock(reference)

@@ -20,7 +20,7 @@ from slider_drilling.slide_scenarios.run import run_scenario
 from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
 from slider_drilling.user_code import import_reference, source_files
 
-SCHEMA = "slider_drilling/closed_loop_campaign/2"
+SCHEMA = "slider_drilling/closed_loop_campaign/3"
 QUANTILES = (0.5, 0.75, 0.9, 0.95)
 WORST = 10
 _CONFIDENCE, _INTERVAL = 0.95, (0.025, 0.975)
@@ -36,12 +36,14 @@ class CampaignOptions:
         seed: Of the campaign.
         elements: Of the string.
         duration: Of each slide, s.
+        foreign: Whether plants and instruments have foreign structures.
     """
 
     rig: Path
     seed: int = 0
     elements: int = 60
     duration: float = 900.0
+    foreign: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,14 @@ class ScoredSlide:
         well: Length of the string.
         about: Effects unknown to the controller.
         score: Figures of the slide.
+        stops: Statuses that stopped lowering with an error.
     """
 
     number: int
     well: str
     about: str
     score: SlideScore
+    stops: tuple[str, ...] = ()
 
     @property
     def error(self) -> float:
@@ -89,7 +93,7 @@ def slide_job(number: int, controller: str, campaign: CampaignOptions) -> Job:
         files = source_files(controller.partition(":")[0])
         inputs |= {f"controller {number}": str(path) for number, path in enumerate(files)}
     options = {"number": number, "controller": controller, "elements": campaign.elements,
-               "duration": campaign.duration}  # fmt: skip
+               "duration": campaign.duration, "foreign": campaign.foreign}  # fmt: skip
     call = "slider_drilling.slide_scenarios.campaign:run_slide"
     return Job(call, f"slide {number} with {controller}", inputs, options, campaign.seed)
 
@@ -97,14 +101,16 @@ def slide_job(number: int, controller: str, campaign: CampaignOptions) -> Job:
 def run_slide(job: Job) -> dict[str, Any]:
     """Run one job and return its score as JSON values; figures that do not exist are null."""
     options = job.options
-    scenario = draw_slide(options["number"], job.seed, load_rig(job.inputs["rig"]), options["duration"])
+    scenario = draw_slide(options["number"], job.seed, load_rig(job.inputs["rig"]), options["duration"],
+                          foreign=options["foreign"])  # fmt: skip
     controller = options["controller"]
     contender, name = (controller, DEFAULT_CONTROLLER) if controller in BASELINES else (UNDER_TEST, controller)
     noise = noise_seed(job.seed, options["number"])
     result = run_scenario(scenario, contender, noise, options["elements"], name)
     figures = {key: None if value is None or not math.isfinite(value) else value
                for key, value in asdict(result.score).items()}  # fmt: skip
-    return {"number": options["number"], "well": scenario.well, "about": scenario.about, "score": figures}
+    return {"number": options["number"], "well": scenario.well, "about": scenario.about, "score": figures,
+            "stops": list(result.trace.stops)}  # fmt: skip
 
 
 def noise_seed(seed: int, number: int) -> int:
@@ -120,10 +126,12 @@ def slide_of(tree: dict[str, Any]) -> ScoredSlide:
     """
     if type(tree["number"]) is not int or not isinstance(tree["well"], str) or not isinstance(tree["about"], str):
         raise ValueError
+    if not isinstance(tree["stops"], list) or not all(isinstance(name, str) for name in tree["stops"]):
+        raise ValueError
     figures = {field.name: tree["score"][field.name] for field in fields(SlideScore)}
     # A missing time means "never set"; every other missing figure was not a number.
     figures = {key: math.nan if value is None and key != "time_to_set_s" else value for key, value in figures.items()}
-    return ScoredSlide(tree["number"], tree["well"], tree["about"], SlideScore(**figures))
+    return ScoredSlide(tree["number"], tree["well"], tree["about"], SlideScore(**figures), tuple(tree["stops"]))
 
 
 @dataclass(frozen=True)
@@ -138,6 +146,7 @@ class ScoreSummary:
         set_in_time: Slides whose toolface was set within the allowed time.
         held: Slides whose toolface was within 15 deg for 95 % of the scored time.
         nothing_drilled: Slides without new hole.
+        stopped: Slides in which an interlock stopped lowering with an error.
     """
 
     slides: int
@@ -147,6 +156,7 @@ class ScoreSummary:
     set_in_time: int
     held: int
     nothing_drilled: int
+    stopped: int
 
 
 def summarise(slides: Sequence[ScoredSlide]) -> ScoreSummary:
@@ -163,6 +173,7 @@ def summarise(slides: Sequence[ScoredSlide]) -> ScoreSummary:
         set_in_time=sum(slide.set_in_time for slide in slides),
         held=sum(not score.nothing_drilled and score.within_15_deg >= MIN_HELD_SHARE for score in scores),
         nothing_drilled=sum(score.nothing_drilled for score in scores),
+        stopped=sum(bool(slide.stops) for slide in slides),
     )  # fmt: skip
 
 
@@ -220,6 +231,8 @@ def repeat_command(number: int, controller: str, campaign: CampaignOptions, cust
              str(campaign.elements)]  # fmt: skip
     if controller != DEFAULT_CONTROLLER and controller not in BASELINES:
         words += ["--controller", controller]
+    if campaign.foreign:
+        words += ["--foreign"]
     if custom_rig:
         words += ["--rig", str(campaign.rig)]
     return " ".join([*words, "-o", f"slide_{number}"])

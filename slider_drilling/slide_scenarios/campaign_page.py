@@ -25,9 +25,10 @@ from slider_drilling.slide_scenarios.report import set_after
 from slider_drilling.slide_scenarios.score import ALLOWED_TIME, SET_TIME, TOLERANCE_DEG
 
 TERMINAL_HEADER = ("controller", "slides", "50 %\ndeg", "90 %\ndeg", "95 %\ndeg", "held\nslides", "set\nslides",
-                   "nothing\ndrilled")  # fmt: skip
+                   "stopped\nslides", "nothing\ndrilled")  # fmt: skip
 _ERROR_HEADER = ("controller", "slides", *(f"{share:.0%} below, deg" for share in QUANTILES),
-                 f"within {TOLERANCE_DEG:.0f} deg for 95 % of the time, slides", "nothing drilled, slides")  # fmt: skip
+                 f"within {TOLERANCE_DEG:.0f} deg for 95 % of the time, slides",
+                 "stopped by an interlock, slides", "nothing drilled, slides")  # fmt: skip
 _TIME_HEADER = ("controller", f"set within {ALLOWED_TIME:.0f} s, slides", "50 % set after, s", "95 % set after, s",
                 "50 % peak torque below, kN m", "95 % peak torque below, kN m")  # fmt: skip
 _WORST_HEADER = ("slide", "well", "effects", "mean error, deg", "within 15 deg, %", "set after, s", "repeat with")
@@ -49,14 +50,16 @@ def as_json(
     controllers = {name: _controller_tree(scored, repeat[name]) for name, scored in slides.items()}
     comparisons = {f"{first} minus {second}": asdict(pair) for (first, second), pair in _comparisons(slides).items()}
     tree = {"schema": SCHEMA, "code": code, "seed": options.seed, "elements": options.elements,
-            "duration_s": options.duration, "rig": str(options.rig), "quantiles": list(QUANTILES),
+            "duration_s": options.duration, "foreign": options.foreign, "rig": str(options.rig),
+            "quantiles": list(QUANTILES),
             "controllers": controllers, "paired": comparisons}  # fmt: skip
     finite: dict[str, Any] = _finite(tree)
     return finite
 
 
 def _controller_tree(slides: Sequence[ScoredSlide], repeat: Repeat) -> dict[str, Any]:
-    rows = [{"number": slide.number, "well": slide.well, "effects": slide.about, **asdict(slide.score)}
+    rows = [{"number": slide.number, "well": slide.well, "effects": slide.about, "stops": list(slide.stops),
+             **asdict(slide.score)}
             for slide in slides]  # fmt: skip
     largest = [{"number": slide.number, "error_deg": slide.error, "command": repeat(slide.number)}
                for slide in worst(slides)]  # fmt: skip
@@ -82,7 +85,8 @@ def terminal_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:
     """One line of the terminal's table, which fits 80 columns: a cell for each of `TERMINAL_HEADER`."""
     errors = dict(zip(QUANTILES, summary.error, strict=True))
     return (name.rpartition(":")[2], str(summary.slides), *(_number(errors[share], 1) for share in (0.5, 0.9, 0.95)),
-            str(summary.held), str(summary.set_in_time), str(summary.nothing_drilled))  # fmt: skip
+            str(summary.held), str(summary.set_in_time), str(summary.stopped),
+            str(summary.nothing_drilled))  # fmt: skip
 
 
 def comparison_sentences(slides: Mapping[str, Sequence[ScoredSlide]]) -> list[str]:
@@ -137,7 +141,7 @@ def campaign_page(
 
 def _error_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:
     return (name, str(summary.slides), *(_number(value, 1) for value in summary.error), str(summary.held),
-            str(summary.nothing_drilled))  # fmt: skip
+            str(summary.stopped), str(summary.nothing_drilled))  # fmt: skip
 
 
 def _time_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slider_drilling.blind.foreign.structure import draw_structure
 from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.effects import EFFECTS, Effects, effects_with
 from slider_drilling.rig import Rig, Sensors, check_rig
@@ -19,8 +20,9 @@ Random = np.random.Generator
 
 
 def draw_slide(
-    number: int, seed: int, base: Rig, duration: float = DURATION_S, effects: Sequence[str] = tuple(sorted(EFFECTS))
-) -> Scenario:
+    number: int, seed: int, base: Rig, duration: float = DURATION_S, effects: Sequence[str] = tuple(sorted(EFFECTS)),
+    foreign: bool = False,
+) -> Scenario:  # fmt: skip
     """Returns a random slide of a closed-loop campaign.
 
     The true rig differs from the rig file of the controller in friction of cased and open hole, damping, compliance,
@@ -34,6 +36,7 @@ def draw_slide(
         base: Rig that wells, string and fluids are drawn from.
         duration: In s.
         effects: Those that the true rig may have.
+        foreign: Whether plant and instruments have a foreign structure, which is drawn as well.
 
     Raises:
         InputError: A rig near the base is not valid.
@@ -49,6 +52,7 @@ def draw_slide(
         targets=((0.0, target),), duration=duration, start_twist=float(random.uniform(-6.0, 6.0)),
         mwd_lost=float(random.uniform(0.0, 0.2)), mwd_outliers=float(random.choice([0.0, 0.02, 0.05])),
         rigs=(check_rig(nominal), check_rig(truth)),
+        structure=draw_structure(np.random.default_rng((seed, number, 7))) if foreign else None,
     )  # fmt: skip
 
 

@@ -11,16 +11,13 @@ import numpy as np
 
 from slider_drilling.control import SlideSettings
 from slider_drilling.control.block.auto_driller import AutoDriller
+from slider_drilling.control.block.block_control import WEIGHT_LIMIT_SHARE
 from slider_drilling.control.estimation.calibrated_rig import with_worn_motor
-from slider_drilling.control.load_supervision import WEIGHT_LIMIT_SHARE
 from slider_drilling.slide_scenarios.run import ScenarioResult
+from slider_drilling.slide_scenarios.trace import STOPPING
 from slider_drilling.units import Units, format_number
 
 SCHEMA = "slider_drilling/closed_loop_faults/1"
-# Statuses that a fault raises; the others follow from it or belong to the start of every slide.
-_REASONS = ("off_bottom_pressure", "load_channels", "weight_on_bit", "block_following", "circulation", "top_drive",
-            "lock_up", "motor_stall", "draw_works", "surface_torque", "hook_load", "standpipe_pressure",
-            "mwd_tool_face")
 
 
 @dataclass(frozen=True)
@@ -82,8 +79,8 @@ def outcome_of(result: ScenarioResult) -> FaultOutcome:
     trace, limits = result.trace, limits_for(result)
     weight, pressure = float(np.max(trace.weight_on_bit)), float(np.max(trace.differential_pressure))
     make_up, back_off = result.score.make_up_n_m, result.score.back_off_n_m
-    errors = [event for event in trace.events if event[1] == "ERROR" and event[2] in _REASONS]
-    warnings = [event for event in trace.events if event[1] == "WARN" and event[2] in _REASONS and event[0] > 60.0]
+    errors = [event for event in trace.events if event[1] == "ERROR" and event[2] in STOPPING]
+    warnings = [event for event in trace.events if event[1] == "WARN" and event[2] in STOPPING and event[0] > 60.0]
     stop = next((event for event in errors if _ends(result, event[0])), None)
     shown = stop or next(iter(errors or warnings), (math.nan, "", "", ""))
     return FaultOutcome(

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from slider_drilling.blind.foreign.foreign_rig import ForeignRig
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.effects import AngleFriction, DirectionFriction
@@ -33,10 +34,7 @@ class FaultyRig:
     """
 
     def __init__(self, scenario: Scenario, seed: int, elements: int):
-        by_angle = AngleFriction(scenario.angle_friction) if scenario.angle_friction else None
-        by_speed = DirectionFriction(scenario.right_friction) if scenario.right_friction else None
-        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=by_angle,
-                              friction_of_speed=by_speed)
+        self.rig = _virtual_rig(scenario, seed, elements)
         self._scenario = scenario
         self._faults = copy.deepcopy(scenario.faults)   # a stuck sensor remembers its value
         self._random = np.random.default_rng((seed, 1))
@@ -65,3 +63,13 @@ class FaultyRig:
                 sample = dataclasses.replace(sample, tool_face=math.pi * (2.0 * float(angle) - 1.0))
             received.append(sample)
         return received
+
+
+def _virtual_rig(scenario: Scenario, seed: int, elements: int) -> VirtualRig:
+    """The rig of a scenario without its faults."""
+    if scenario.structure is not None:
+        return ForeignRig(scenario.true_rig(), scenario.structure, seed, elements, scenario.duration, scenario.start)
+    by_angle = AngleFriction(scenario.angle_friction) if scenario.angle_friction else None
+    by_speed = DirectionFriction(scenario.right_friction) if scenario.right_friction else None
+    return VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=by_angle,
+                      friction_of_speed=by_speed)

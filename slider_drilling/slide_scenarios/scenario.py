@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.drillstring import InitialState
 from slider_drilling.effects import Effects
 from slider_drilling.files.installed_files import installed_file
@@ -41,6 +42,7 @@ class Scenario:
         back_off_limit: Torque limit to the left, known, N m; 0: the controller's default.
         faults: Lying sensors, and faults of pump, pipe and nozzles.
         rigs: Rig file and true rig, in place of those made from the well's file, or None.
+        structure: How plant and instruments differ from the model, or None for a plant of the model's own kind.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Scenario:
     back_off_limit: float = 0.0
     faults: tuple[RigFault, ...] = ()
     rigs: tuple[Rig, Rig] | None = None
+    structure: Structure | None = None
 
     @property
     def start(self) -> InitialState:

@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+# Statuses whose errors stop lowering.
+STOPPING = ("off_bottom_pressure", "load_channels", "weight_on_bit", "block_following", "circulation", "top_drive",
+            "lock_up", "motor_stall", "draw_works", "surface_torque", "hook_load", "standpipe_pressure",
+            "mwd_tool_face")
+
+
 @dataclass(frozen=True)
 class SlideTrace:
     """Time series at the rate of the sensors, all of shape (n,).
@@ -37,3 +43,8 @@ class SlideTrace:
     bit_depth: Array
     events: tuple[tuple[float, str, str, str], ...]
     differential_pressure: Array = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def stops(self) -> tuple[str, ...]:
+        """Names of the statuses that stopped lowering with an error, in the order of their first one."""
+        return tuple(dict.fromkeys(name for _, level, name, _ in self.events if level == "ERROR" and name in STOPPING))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from slider_drilling.control.estimation.string_kalman_filter import StringEstimate
     from slider_drilling.rig import Rig
 
+WEIGHT_LIMIT_SHARE = 1.4   # of the target weight, weight limit where the settings give none
 _LOADED_SHARE = 0.8       # of the allowed pressure, above which the string slides steadily
 _TOUCHED_SHARE = 0.1      # of the target pressure, at which the bit is on bottom again
 _FULL_LOAD_ERROR, _NO_LOAD_ERROR = math.radians(8.0), math.radians(13.0)   # rad of toolface left of its target
@@ -62,6 +63,11 @@ class BlockControl:
         return self.auto_driller.weight_per_pressure * self.target_pressure
 
     @property
+    def weight_limit(self) -> float:
+        """Largest weight on bit, N."""
+        return self._settings.weight_on_bit_limit or WEIGHT_LIMIT_SHARE * self.target_weight_on_bit
+
+    @property
     def allowed_pressure(self) -> float:
         """Target pressure less what torque limits and lock-up take off, Pa."""
         return self.lock_up.share_left * self.torque_limit_share * self.target_pressure
@@ -95,7 +101,9 @@ class BlockControl:
 
     def update_lock_up(self, pressure: float, step: float) -> None:
         """Check that weight arrives at the bit: pressure across the motor Pa, time since the last sample s."""
-        self.lock_up.update(self.drag.share, pressure, self.allowed_pressure, step)
+        # Drag that may let go at once without passing the weight limit does not lock the string up.
+        drag = 0.0 if self.drag.room(self.weight_limit) > 0.0 else self.drag.share
+        self.lock_up.update(drag, pressure, self.allowed_pressure, step)
 
     def pick_up(self) -> float:
         """Block speed (m/s) that lifts the bit."""
@@ -129,7 +137,7 @@ class BlockControl:
         self.return_to_bottom.update_touching_position(position, pressure.quick, step)
         ramp = self.target_pressure / self._settings.pressure_ramp_time
         self.load_share = load_share_for_tool_face(error)
-        transmitted_share = self.drag.transmitted_share * self.load_share
+        transmitted_share = self.drag.transmitted_share(self.weight_limit) * self.load_share
         return self.auto_driller.update(pressure.smooth, self.allowed_pressure, ramp, step, transmitted_share)
 
     def correct_slip(self, speed: float, position: float, step: float) -> float:

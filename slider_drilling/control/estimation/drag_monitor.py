@@ -22,6 +22,7 @@ _TARE_TIME = 10.0      # s, time constant
 _AVERAGING_TIME = 15.0   # s, one stroke or two
 _BIT_SIGMA = 0.1       # share, one standard deviation of the bit's weight per torque
 _FREE_DRAG, _HANGING_DRAG = 0.3, 0.55   # shares of drag: below, all lowered weight arrives; above, none does
+_ROOM_SHARE = 0.1      # of the weight limit: room for drag that lets go, below which lowering slows down
 
 
 class DragMonitor:
@@ -49,6 +50,7 @@ class DragMonitor:
         self._friction_scale = 1.0
         self._off_bottom_load = self._load = math.nan   # N
         self._tared = False
+        self._weight = 0.0   # N on the bit, from pressure
         self.drag = math.nan
         self.share = math.nan
         self.share_lower_bound = math.nan
@@ -85,6 +87,7 @@ class DragMonitor:
             self._load = hook_load
         self._load += (1.0 - math.exp(-step / _AVERAGING_TIME)) * (hook_load - self._load)
         self._friction_scale = friction_scale
+        self._weight = weight_on_bit
         self.drag = self._off_bottom_load - self._load - weight_on_bit
         full_drag = self._full_drag * friction_scale
         self.share = self.drag / full_drag
@@ -113,9 +116,17 @@ class DragMonitor:
         drag = self.drag / self._friction_scale if math.isfinite(self.drag) else 0.0
         return float(np.interp(-drag, -self._drag_below, self._depth))
 
-    @property
-    def transmitted_share(self) -> float:
-        """Share of the lowering that is allowed: the rest would hang on the wall and come down suddenly later."""
+    def room(self, weight_limit: float) -> float:
+        """Weight (N) that may still be lowered before drag that lets go could pass the limit (N); NaN if unknown."""
+        return weight_limit - self._weight - self.drag
+
+    def transmitted_share(self, weight_limit: float) -> float:
+        """Share of the lowering that is allowed: the rest would hang on the wall and come down suddenly later.
+
+        Drag that the weight limit (N) has room for may hang: a short string has less drag than the bit may carry.
+        """
         if not math.isfinite(self.share):
             return 1.0
-        return min(max((_HANGING_DRAG - self.share) / (_HANGING_DRAG - _FREE_DRAG), 0.0), 1.0)
+        by_drag = (_HANGING_DRAG - self.share) / (_HANGING_DRAG - _FREE_DRAG)
+        by_room = self.room(weight_limit) / (_ROOM_SHARE * weight_limit)
+        return min(max(by_drag, by_room, 0.0), 1.0)

@@ -54,6 +54,14 @@ class LoadSample:
     difference: float = 0.0
 
 
+@dataclass
+class _Sums:
+    """Sums over time of mean torque and of the reactive torque from pressure, N m s."""
+
+    torque: float = 0.0
+    reactive: float = 0.0
+
+
 @dataclass(frozen=True)
 class LoadChange:
     """How much the load has changed since the channels agreed, by each of them, N.
@@ -89,7 +97,8 @@ class LoadEvidence:
         self.difference = 0.0
         self.drag = math.nan
         self._samples: deque[LoadSample] = deque()
-        self._learnt_for = self._torque_sum = self._reactive_sum = 0.0
+        self._learnt_for = 0.0
+        self._halves = (_Sums(), _Sums())   # of the reference period
 
     def take(self, sample: LoadSample, steady: bool, consistent: bool) -> None:
         """Take one cycle.
@@ -112,10 +121,11 @@ class LoadEvidence:
 
     def _learn_scale(self, sample: LoadSample) -> None:
         self._learnt_for += sample.duration
-        self._torque_sum += sample.duration * sample.torque
-        self._reactive_sum += sample.duration * sample.reactive_torque
-        if self._learnt_for >= _REFERENCE_TIME and self._reactive_sum > 0.0 and self._torque_sum > 0.0:
-            self.scale = min(self._torque_sum / self._reactive_sum, _MAX_SCALE)
+        half = self._halves[0 if self._learnt_for <= 0.5 * _REFERENCE_TIME else 1]
+        half.torque += sample.duration * sample.torque
+        half.reactive += sample.duration * sample.reactive_torque
+        if self._learnt_for >= _REFERENCE_TIME and all(min(sums.torque, sums.reactive) > 0.0 for sums in self._halves):
+            self.scale = min(_scale_at_start(*(sums.torque / sums.reactive for sums in self._halves)), _MAX_SCALE)
             self.known = True
             self.difference = 0.0
             self._samples.clear()
@@ -137,12 +147,17 @@ class LoadEvidence:
         return sample.reactive_torque / self._lever
 
     def by_torque(self, sample: LoadSample) -> float:
-        """Weight on bit by mean surface torque, N."""
-        return sample.torque / (self.scale * self._lever)
+        """Weight on bit by mean surface torque, N; never too small: more torque than pressure may be a strong motor."""
+        return sample.torque / (min(self.scale, 1.0) * self._lever)
 
     def by_hook_load(self, hook_deficit: float) -> float:
         """Weight on bit by hook load, N; NaN before any drag was learnt."""
         return hook_deficit - self.drag
+
+    @property
+    def learning(self) -> bool:
+        """Whether the reference period has begun."""
+        return self._learnt_for > 0.0
 
     @property
     def pressure_change(self) -> float:
@@ -175,6 +190,16 @@ class LoadEvidence:
         # Weight on the bit and drag shorten the string, so the block goes further than the bit.
         stretch = (last.hook_deficit - first.hook_deficit) / self._stiffness
         return (last.block_position - first.block_position - stretch) / (last.time - first.time)
+
+
+def _scale_at_start(first: float, second: float) -> float:
+    """Torque over pressure when the reference period began, from its two halves.
+
+    A ratio that rises is pressure that is being lost: it is followed back to the beginning. One that falls is twist
+    that is still leaving the string: the mean.
+    """
+    rise = max(second - first, 0.0)
+    return first - 0.5 * rise if rise else 0.5 * (first + second)
 
 
 def _mean(samples: list[LoadSample], value: Callable[[LoadSample], float]) -> float:

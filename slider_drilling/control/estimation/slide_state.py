@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from slider_drilling.control.estimation.cycle_average import CycleAverage, CycleAverager
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.measurement_monitor import MeasurementMonitor
+from slider_drilling.control.estimation.repeated_reading import RepeatedReading
 from slider_drilling.control.estimation.rocking_phase import RockingPhase
 from slider_drilling.control.estimation.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
@@ -48,7 +49,7 @@ class SlideState:
         torque_sensor: Lag and inertia of the torque reading.
         tool_face: Toolface and string.
         pipe_torque: Torque of the uppermost pipe in this sample, N m; NaN where it has none.
-        mwd_age: Time since the last accepted MWD sample was read, s.
+        mwd_age: Time since the last accepted MWD sample was read, s; while MWD is stuck, since its first equal reading.
     """
 
     def __init__(self, rig: Rig, settings: SlideSettings, model: TorqueAndDrag):
@@ -62,6 +63,8 @@ class SlideState:
         self.torque_sensor = TorqueSensorModel(model.impedance, sensor.noise, self.interval, sensor.lag)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2)
+        spread = math.hypot(mwd.noise, _UNEXPLAINED) if mwd.noise > 0.0 else 0.0
+        self._mwd_repeats = RepeatedReading(spread, mwd.resolution)
         noise = EstimatorNoise(sample, sensor.noise, self.interval, _TWIST_SHARE, _MOVE_SHARE, _WALK, _DRIFT)
         breakover_torque = model.breakover_torque(model.full_amplitude(1.0), 1.0)
         self.tool_face = ToolFaceEstimator(
@@ -99,6 +102,11 @@ class SlideState:
             self.pressure.tare(pressure, pump_speed, monitor.step)
         self.pressure.update(pressure, pump_speed, monitor.step)
 
+    @property
+    def mwd_stuck(self) -> bool:
+        """Whether MWD repeats its reading although its noise would change it."""
+        return self._mwd_repeats.stuck
+
     def advance(self, strokes: int) -> CycleAverage | None:
         """Advance the toolface to this sample.
 
@@ -124,5 +132,8 @@ class SlideState:
     def take_mwd(self, samples: tuple[MwdSample, ...], reference: float) -> None:
         """Take the MWD samples of this sample; reference: toolface whose whole turn the first ones get, rad."""
         for sample in samples:
-            if self.tool_face.update_with_mwd(sample, reference, self._phase.at(sample.measured_at)):
+            self._mwd_repeats.update(sample.tool_face, sample.measured_at)
+            if self.mwd_stuck:
+                self.mwd_age = max(self.monitor.time - self._mwd_repeats.since, 0.0)
+            elif self.tool_face.update_with_mwd(sample, reference, self._phase.at(sample.measured_at)):
                 self.mwd_age = max(self.monitor.time - sample.measured_at, 0.0)

@@ -71,6 +71,7 @@ class StringKalmanFilter:
 
     Attributes:
         response_time: tau0, s.
+        bias_sigma: Prior standard deviation of beta, N m.
         mean: Mean of the states (8,).
     """
 
@@ -81,6 +82,7 @@ class StringKalmanFilter:
         self._compliance = compliance
         self.response_time = response_time
         self._min_response_time = min_response_time
+        self.bias_sigma = bias_sigma
         self.mean: Array = np.zeros(_STATES)
         self.mean[_BETA] = bias
         self._covariance: Array = np.diag(

@@ -40,6 +40,7 @@ _INITIAL_TWIST_SIGMA = math.radians(6.0)   # rad
 _MIN_SAMPLE_DISTANCE = 0.05   # s between two samples
 _OFFSET_KNOWN = 0.5        # probability of one offset, above which it is acted on
 _OFFSET_REPLACED = 0.7     # the same for the offset of rejected samples
+_REPLACED_MEMORY = 600.0   # s for which a replaced offset is reported
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,13 @@ class ToolFaceEstimator:
         self.samples = 0
         self.rejections = 0
         self.last_sample: float | None = None
+        self._replaced = (-math.inf, 0.0)   # s, rad: when the offset was replaced last, and by how much it changed
+
+    @property
+    def replaced_by(self) -> float:
+        """Change of the offset (rad) that rejected samples have brought within the last minutes; 0 for none."""
+        time, change = self._replaced
+        return change if self._history and self._history[-1].time < time + _REPLACED_MEMORY else 0.0
 
     @property
     def offset(self) -> float:
@@ -296,6 +304,7 @@ class ToolFaceEstimator:
         change = math.remainder(self._offset_histogram.mean - self.filter.offset, 2.0 * math.pi)
         if self._offset_histogram.weight > _OFFSET_REPLACED and abs(change) > 2.0 * self._offset_histogram.sigma:
             self._set_offset(self.filter.offset + change)
+            self._replaced = (self._history[-1].time, change)
 
     def _index_at(self, time: float) -> int:
         """Index of the newest instant not after `time` (s), or of the oldest one."""

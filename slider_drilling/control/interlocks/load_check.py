@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from slider_drilling.control.estimation.load_evidence import LoadChange, LoadEvidence, LoadSample
 
 _TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
-_SAFE_SIDE = 1.4            # times that, where torque stands for less than pressure: the weight is then too small
+_SAFE_SIDE = 2.5            # times that, where torque stands for less than pressure: the weight is then too small
 _UNKNOWN_SCALE = 0.3        # share of the target torque besides, until the reference period has ended
 _LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
 _CONFIRM_TIME = 20.0        # s of contradiction, less a quarter of those without, before it counts
@@ -25,14 +25,20 @@ _REFERENCE_ERROR, _REFERENCE_SHARE = math.radians(8.0), 0.15
 _SETTING_ERROR = math.radians(30.0)   # rad of toolface; the torque of a string that is being turned says little
 _ONSET_SHARE = 0.3          # of the tolerance, at which a contradiction begins
 _HOOK_SIGMA, _RATE_SIGMA = 10e3, 0.12   # N of drag; share of the weight that other rock makes in the rate
-_MIN_DRAG_SHARE, _MAX_DRAG_SHARE = -0.25, 1.25   # of a string that does not rotate; outside the hook load is wrong
-_HOOK_TOLERANCE = 12e3      # N, besides
+# Drag outside of these is none that pipe can have, so the hook load is wrong: least, as a share of the target weight
+# (drag is never negative, but the weight by pressure may be too large by twice the spread of motors and bits); most, as
+# a share of the drag of a string that does not rotate; and besides, N.
+_MIN_DRAG_SHARE, _MAX_DRAG_SHARE, _HOOK_TOLERANCE = -0.2, 1.25, 12e3
+# A jump down hides weight, and learnt drag follows it: change within seconds and afterwards, as shares of the target
+# weight, and s for which the first is remembered.
+_HOOK_JUMP_SHARE, _HIDDEN_SHARE, _HOOK_JUMP_MEMORY = 0.25, 0.3, 120.0
 _JUMP_SHARE = 0.4           # of the target weight, by which weight by hook load may exceed the other two
 _RELEASE_SHARE = 0.92       # of the weight limit, below which lowering goes on
 # A sudden change of pressure that the hook load does not show: time constants of the averages that are compared, and
 # shares of the target weight. Drag that lets go turns into weight on the bit, so a rise may be larger by most of it.
 _QUICK_TIME, _SLOW_TIME = 3.0, 20.0   # s
 _SUDDEN_CHANGE, _SUDDEN_FALL, _SUDDEN_RISE, _RELEASED_DRAG = 0.2, 0.25, 0.25, 0.7
+_FIRST_SUDDEN_FALL = 0.4    # before the reference
 _HOLD_TIME = 40.0           # s until the change counts as a fault, if it stays
 
 
@@ -68,8 +74,8 @@ class LoadConditions:
         loaded: Whether the bit is loaded with the pressure that is asked for.
         checked: Whether the channels can be compared: the bit on bottom, no measurement missing.
         error: Of the toolface, rad.
-        lead_torque: Lead of the centre over the compliance of the string, N m.
-        turning_torque: Torque that turns the toolface at its present rate, N m.
+        lead_torque: Lead of the centre over the compliance of the string, N m, positive right.
+        turning_torque: Torque that turns the toolface at its present rate, N m, positive right.
         full_drag: Drag of a string that does not rotate, N.
     """
 
@@ -96,6 +102,8 @@ class LoadCheck:
         trip: The latched contradiction, or None.
         weight: Weight on bit by hook load, N; NaN where unknown.
         over_limit: Whether weight by hook load or by torque is at its limit.
+        tolerance: By how much torque may stand for more than pressure, N m.
+        tolerance_below: By how much it may stand for less, N m.
     """
 
     def __init__(self, evidence: LoadEvidence, target_weight: float, target_torque: float, limit: float):
@@ -106,12 +114,13 @@ class LoadCheck:
         self.trip: LoadTrip | None = None
         self.weight = math.nan
         self.over_limit = False
-        self.tolerance = math.inf
+        self.tolerance = self.tolerance_below = math.inf
         self._by_torque = math.nan
         self._beyond_for = self._hook_beyond_for = 0.0
         self._hold_left = 0.0
         self._averages: tuple[float, float, float, float] | None = None   # N: pressure, hook load; quick, slow
         self._sudden_from = (math.nan, math.nan)   # N, of pressure and hook load before a sudden change
+        self._hook_jump_left = 0.0   # s for which a jump of the hook load is remembered
 
     @property
     def holds(self) -> bool:
@@ -143,15 +152,25 @@ class LoadCheck:
         averages = (before[0] + quick * (now[0] - before[0]), before[1] + quick * (now[1] - before[1]),
                     before[2] + slow * (now[0] - before[2]), before[3] + slow * (now[1] - before[3]))
         self._averages = averages
+        # Neither block nor bit changes the hook load so quickly, and drag that lets go does not change it at all.
+        alone = abs(averages[0] - averages[2]) < _SUDDEN_CHANGE * self.target_weight
+        jumped = alone and averages[3] - averages[1] > _HOOK_JUMP_SHARE * self.target_weight
+        self._hook_jump_left = _HOOK_JUMP_MEMORY if jumped else self._hook_jump_left - step
         if self.holds:
             self._watch_sudden_change(averages, step)
         elif self._is_sudden(averages[0] - averages[2], averages[1] - averages[3]) and self.trip is None:
             self._hold_left, self._sudden_from = _HOLD_TIME, (averages[2], averages[3])
 
     def _is_sudden(self, pressure: float, hook_load: float) -> bool:
-        """Whether these changes (N) contradict each other; before any drag is known only a loss of pressure can."""
+        """Whether these changes (N) contradict each other.
+
+        While the load comes on for the first time, drag that lets go or builds up moves it by jumps: then only a large
+        loss of pressure counts, which alone hides weight.
+        """
         if abs(pressure) < _SUDDEN_CHANGE * self.target_weight:
             return False
+        if not self.evidence.known:
+            return pressure - hook_load < -_FIRST_SUDDEN_FALL * self.target_weight
         rise = _SUDDEN_RISE * self.target_weight + _RELEASED_DRAG * max(self.evidence.drag, 0.0)
         return pressure - hook_load < -_SUDDEN_FALL * self.target_weight or pressure - hook_load > rise
 
@@ -174,12 +193,16 @@ class LoadCheck:
     def update_cycle(self, sample: LoadSample, conditions: LoadConditions) -> None:
         """Take one rocking cycle: compare torque and hook load with pressure."""
         evidence = self.evidence
-        excused = min(_LEAD_SHARE * conditions.lead_torque + conditions.turning_torque,
-                      _MAX_DOUBT_SHARE * self.target_torque)
-        self.tolerance = _TORQUE_SIGMAS + excused + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
+        winding = _winding_torque(conditions)
+        most = _MAX_DOUBT_SHARE * self.target_torque
+        sure = _TORQUE_SIGMAS + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
+        # Torque that winds the string to the right stands for more than pressure, to the left for less.
+        self.tolerance = sure + min(max(winding, 0.0), most)
+        self.tolerance_below = _SAFE_SIDE * (sure + min(max(-winding, 0.0), most))
         turning = abs(conditions.error) > _SETTING_ERROR
         # Torque that winds or turns the string would be taken for the motor's.
-        disturbed = conditions.lead_torque + conditions.turning_torque > _REFERENCE_SHARE * self.target_torque
+        disturbed = (abs(conditions.lead_torque) + abs(conditions.turning_torque)
+                     > _REFERENCE_SHARE * self.target_torque)
         steady = (conditions.loaded and abs(conditions.error) < _REFERENCE_ERROR and not disturbed
                   and self.trip is None)
         consistent = conditions.checked and self.trip is None and not self.holds
@@ -189,8 +212,7 @@ class LoadCheck:
         if self.trip is not None or not conditions.checked:
             self._beyond_for = self._hook_beyond_for = 0.0
             return
-        below = _SAFE_SIDE * self.tolerance
-        beyond = not -below <= evidence.difference <= self.tolerance and not turning
+        beyond = not -self.tolerance_below <= evidence.difference <= self.tolerance and not turning
         # The difference is smoothed and the tolerance is not: one cycle that excuses much does not clear the others.
         self._beyond_for = max(self._beyond_for + sample.duration * (1.0 if beyond else -_FORGET_SHARE), 0.0)
         if self._beyond_for >= _CONFIRM_TIME:
@@ -199,16 +221,18 @@ class LoadCheck:
         self._check_hook_load(sample, conditions)
 
     def _doubt(self, conditions: LoadConditions) -> float:
-        """Weight (N) by which the weight by torque may be too large: torque that turns or winds the string."""
-        torque = _LEAD_SHARE * conditions.lead_torque + conditions.turning_torque
-        return torque * self.target_weight / self.target_torque / self.evidence.scale
+        """Weight (N) by which the weight by torque may be too large: torque that winds the string to the right."""
+        share = max(_winding_torque(conditions), 0.0) / self.target_torque
+        return share * self.target_weight / min(self.evidence.scale, 1.0)
 
     def _check_hook_load(self, sample: LoadSample, conditions: LoadConditions) -> None:
         """The drag that is left between hook load and weight must be one that pipe can have."""
         weight = max(self.evidence.by_pressure(sample), self.evidence.by_torque(sample))
         drag = sample.hook_deficit - self.evidence.by_pressure(sample)
-        jumped = self.weight - weight > _JUMP_SHARE * self.target_weight
-        low = _MIN_DRAG_SHARE * conditions.full_drag - _HOOK_TOLERANCE
+        change = self.weight - weight
+        jumped = change > _JUMP_SHARE * self.target_weight or (
+            -change > _HIDDEN_SHARE * self.target_weight and self._hook_jump_left > 0.0)
+        low = _MIN_DRAG_SHARE * self.target_weight - _HOOK_TOLERANCE
         high = _MAX_DRAG_SHARE * conditions.full_drag + _HOOK_TOLERANCE
         agree = abs(self.evidence.difference) < min(_TORQUE_SIGMAS, 0.5 * self.tolerance)
         beyond = conditions.loaded and agree and not self.holds and (jumped or not low <= drag <= high)
@@ -224,7 +248,7 @@ class LoadCheck:
         onset = evidence.onset(_ONSET_SHARE * self.tolerance)
         change = evidence.change_since(onset)
         figures = (f"torque stands for {evidence.difference / 1e3:+.1f} kN m against pressure, "
-                   f"{_SAFE_SIDE * self.tolerance / 1e3:.1f} kN m below and {self.tolerance / 1e3:.1f} kN m above can "
+                   f"{self.tolerance_below / 1e3:.1f} kN m below and {self.tolerance / 1e3:.1f} kN m above can "
                    "be wrong")
         if change is not None:
             figures += (f"; weight since then by torque {change.torque / 1e3:+.0f} kN, by pressure "
@@ -238,6 +262,11 @@ class LoadCheck:
             sudden = LoadFault.LOST_STROKES if evidence.difference > 0.0 else LoadFault.PLUGGED_NOZZLE
             return LoadTrip(sudden, figures)
         return LoadTrip(LoadFault.WASHOUT if evidence.difference > 0.0 else LoadFault.TRANSMITTER, figures)
+
+
+def _winding_torque(conditions: LoadConditions) -> float:
+    """Torque (N m) that turns the toolface or that the wall holds near the bit, not the motor's; positive right."""
+    return _LEAD_SHARE * conditions.lead_torque + conditions.turning_torque
 
 
 def _misfit(change: LoadChange, weight: float, target_weight: float) -> float:

@@ -63,8 +63,9 @@ class Interlocks:
         self._statuses: list[Status] = []
 
     def update(
-        self, monitor: MeasurementMonitor, step: float, pressure: float, mwd_age: float, tracking_error: float
-    ) -> Permission:
+        self, monitor: MeasurementMonitor, step: float, pressure: float, mwd_age: float, tracking_error: float,
+        mwd_stuck: bool = False, mwd_jump: float = 0.0,
+    ) -> Permission:  # fmt: skip
         """Check one sample.
 
         Args:
@@ -73,6 +74,8 @@ class Interlocks:
             pressure: Across the motor, Pa.
             mwd_age: Time since the last accepted toolface was read, s.
             tracking_error: Top-drive angle minus its reference, rad.
+            mwd_stuck: Whether MWD repeats its reading.
+            mwd_jump: By how much MWD has jumped lately without the string turning, rad.
         """
         self._statuses = []
         oldest = max(self._check_ages(monitor), monitor.clock_age)
@@ -82,16 +85,17 @@ class Interlocks:
         known = monitor.age["standpipe_pressure"] <= HOLD_AFTER and circulating and self.drives.pump_follows
         self.stall.update(pressure, known, step)
         self._report_pump(circulating, pump_speed)
+        self.drives.update_drive(tracking_error, step)
         follows = not abs(tracking_error) > _MAX_TRACKING_ERROR
         self._report_following(follows, tracking_error)
         self._report_block()
-        self._report_mwd(mwd_age)
+        self._report_mwd(mwd_age, mwd_stuck, mwd_jump)
         self._report_stall(pressure)
         healthy = (oldest <= HOLD_AFTER and circulating and follows and self.drives.pump_follows
                    and self.drives.block_follows)
         self._healthy_for = self._healthy_for + step if healthy else 0.0
         lower = (self._healthy_for >= RESUME_AFTER and self.stall.state is StallState.NONE
-                 and mwd_age <= MWD_HOLD_AFTER)
+                 and mwd_age <= MWD_HOLD_AFTER and not mwd_stuck)
         return Permission(lower, self.stall.state is StallState.PICKING_UP, oldest <= STOP_AFTER)
 
     def must_reverse(self, torque_from_below: float, stroke: Stroke, step: float) -> bool:
@@ -157,21 +161,31 @@ class Interlocks:
                          f"{self._min_pump_speed:.1f} rad/s: lowering stopped")
 
     def _report_following(self, follows: bool, tracking_error: float) -> None:
-        if follows:
+        if follows and self.drives.drive_follows:
             self._report(Level.OK, "top_drive", "follows its reference")
+        elif follows:
+            self._report(Level.WARN, "top_drive", f"{self.drives.drive_offset:+.1f} rad off its reference on average: "
+                         "check its encoder")
         else:
             self._report(Level.WARN, "top_drive", f"{tracking_error:+.1f} rad off its reference: lowering stopped")
 
     def _report_block(self) -> None:
-        if self.drives.block_follows:
+        if self.drives.block_follows and self.drives.block_fault:
+            self._report(Level.WARN, "block_following", self.drives.block_fault)
+        elif self.drives.block_follows:
             self._report(Level.OK, "block_following", "the block moves as commanded")
         else:
             self._report(Level.ERROR, "block_following", f"the block has moved {self.drives.block_missing:.2f} m less "
                          "than commanded: lowering stopped; check drawworks and block position")
 
-    def _report_mwd(self, age: float) -> None:
-        if age > MWD_HOLD_AFTER:
+    def _report_mwd(self, age: float, stuck: bool, jump: float) -> None:
+        if stuck:
+            self._report(Level.ERROR, "mwd_tool_face", f"stuck: the same toolface for {age:.0f} s: lowering stopped")
+        elif age > MWD_HOLD_AFTER:
             self._report(Level.WARN, "mwd_tool_face", f"no MWD toolface for {age:.0f} s: lowering stopped")
+        elif jump:
+            self._report(Level.WARN, "mwd_tool_face", f"MWD jumped by {math.degrees(jump):+.0f} deg, which torque and "
+                         "top drive do not show: the toolface follows MWD; check it")
         else:
             self._report(Level.OK, "mwd_tool_face", f"last MWD toolface read {age:.0f} s ago")
 
