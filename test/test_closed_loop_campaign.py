@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from slider_drilling.blind.foreign.foreign_rig import ForeignRig
 from slider_drilling.cli import group
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.control.interface import RigCommand
@@ -154,17 +155,14 @@ def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
         slide_job(0, "no_such_module:Still", setting)
 
 
-def test_foreign_rig_is_read_by_its_own_instruments():
+def test_foreign_slide_runs_on_a_foreign_rig():
     scenario = draw_slide(3, 5, load_rig(RIG), 60.0, foreign=True)
-    structure = dataclasses.replace(scenario.structure, hook_load_offset=30e3, held_hook_load=0.5, encoder_step=0.1,
-                                    drive_lag=0.2)
+    assert draw_slide(3, 5, load_rig(RIG), 60.0).rigs == scenario.rigs
+    structure = dataclasses.replace(scenario.structure, hook_load_offset=30e3)
     rig = FaultyRig(dataclasses.replace(scenario, structure=structure), 0, 20)
-    rows = [rig.step(RigCommand(0.1 * k, 1.0, 0.0, rig.rig.measurements.pump_speed)) for k in range(50)]
-    truth, last = rig.rig.truth, rows[-1]
-    assert last.hook_load - truth.hook_load > 15e3
-    assert len({row.hook_load for row in rows}) <= 12   # held for half a second
-    assert last.top_drive_angle == pytest.approx(4.9 - 0.2, abs=0.15)   # the drive lags behind
-    assert last.top_drive_angle / 0.1 == pytest.approx(round(last.top_drive_angle / 0.1))
+    assert isinstance(rig.rig, ForeignRig)
+    measured = rig.step(RigCommand(0.0, 0.0, 0.0, rig.rig.measurements.pump_speed))
+    assert measured.hook_load - rig.rig.truth.hook_load > 15e3
 
 
 def test_foreign_slide_is_another_job_with_its_own_command():
