@@ -21,10 +21,10 @@ from slider_drilling.messages.topics import (
     TWIN_PREFIXES,
 )
 from slider_drilling.nodes import raw_topics
-from slider_drilling.twin import COMPARED, Detection, Forecast, TwinReport
+from slider_drilling.twin import COMPARED, Forecast, TwinReport
+from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
 NOTE_PERIOD = 10.0  # s of the rig's time between messages in which only the note is another one
-SCHEMA = "slider_drilling/gap_diagnosis/1"
 
 
 class TwinPublishers:
@@ -122,39 +122,8 @@ class TwinPublishers:
         if key == self._last_diagnosis and (note == report.note or report.time - noted_at < NOTE_PERIOD):
             return
         self._last_diagnosis, self._last_note = key, (report.time, report.note)
-        tree = {
-            "schema": SCHEMA,
-            "state": report.state,
-            "note": report.note,
-            "detections": [detection_json(one, start) for one in report.detections],
-            "answered": None if answered is None else start + answered,
-            "answer": answer,
-        }
+        tree = gap_diagnosis(report, start, answer, answered)
         self._diagnosis.publish(String(data=json.dumps(tree, allow_nan=False)))
-
-
-def detection_json(detection: Detection, start: float) -> dict[str, Any]:
-    """A detection as in `slider-drilling watch --json`, and the rest of it; times are s of the rig's clock.
-
-    Args:
-        detection: The twin's.
-        start: The twin's time 0, s of the rig's clock.
-    """
-    tree = detection.as_json()
-    low, high = detection.interval
-    return {
-        **tree,
-        "detected": start + detection.detected,
-        "since": start + detection.since,
-        "interval": [start + low, start + high],
-        "answered": None if detection.answered is None else start + detection.answered,
-        "ended": None if detection.ended is None else start + detection.ended,
-        "number": detection.number,
-        "channel": detection.channel,
-        "kind": detection.kind,
-        "size": detection.size if math.isfinite(detection.size) else None,
-        "what": detection.what,
-    }
 
 
 def _of_channels(report: TwinReport, attribute: str) -> dict[str, float]:

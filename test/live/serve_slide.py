@@ -1,9 +1,12 @@
-"""The live page over a slide of the virtual rig, without ROS: `python serve_slide.py SPEED [SECONDS_BEFORE]`.
+"""The live page over a slide of the virtual rig and its twin, without ROS.
+
+`python serve_slide.py SPEED [SECONDS_BEFORE]`
 
 Prints its address, then follows orders on stdin: `requests` prints what was asked for on the page, `rss` the process's
 kB and CPU seconds, `die` ends rig and controller but not the page.
 """
 
+import json
 import math
 import resource
 import sys
@@ -17,6 +20,8 @@ from slider_drilling.drillstring import VirtualRig
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetTarget
 from slider_drilling.live.server import Address, PageServer
 from slider_drilling.live.state import LiveParameter, LiveState
+from slider_drilling.twin import Twin, TwinReport
+from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
 
 class Slide:
@@ -26,11 +31,13 @@ class Slide:
         self.state = state
         rig = load_rig()
         self.rig, self.controller = VirtualRig(rig, elements=40), SlideController(rig)
+        self.twin = Twin(rig)
         self.controller.tool_face_target = state.target = math.radians(45.0)
         state.set_rig(rig)
         state.recording = True
         state.update_parameters(
             [LiveParameter("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error"),
+             LiveParameter("rocking_controller", "friction_factor", 0.235, "-", 0.02, 1.0, "assumed until measured"),
              LiveParameter("rocking_controller", "amplitude", 0.0, "rad", 0.0, 200.0, "of rocking; 0: automatic"),
              LiveParameter("rocking_controller", "make_up_torque_limit", 25000.0, "N m", 0.0, 1e5, "to the right"),
              # Such names are run as a script where they reach the text of NiceGUI's props.
@@ -45,12 +52,31 @@ class Slide:
         for sample in m.mwd:
             state.add_tool_face(sample.measured_at, sample.tool_face)
         state.truth = self.rig.truth.tool_face
+        state.set_block(m.time, m.block_position, m.hook_load)
         state.add_sample(m.time, m.top_drive_angle, m.surface_torque)
+        self.twin.add_measurements(m)
+        for report in self.twin.advance():
+            self.tell(report)
         if round(m.time * 10) % 10 == 0:
             state.update_statuses(
                 Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
                 for one in self.controller.status()
             )
+
+    def tell(self, report: TwinReport) -> None:
+        """What the twin's topics would bring to the page."""
+        twin = self.state.twin
+        for k, at in enumerate(report.samples.tolist()):
+            for channel, values in report.expected.items():
+                twin.set_expected(channel, at, float(values[k]))
+            twin.finish_expected(at, self.state.circulation_at(at))
+        for seconds in (10, 60, 300):
+            twin.set_gaps(seconds, {name: getattr(one, f"gap_{seconds}") for name, one in report.channels.items()})
+        twin.set_thresholds({name: one.threshold for name, one in report.channels.items()})
+        for bound, end in (("value", "value"), ("lower", "low"), ("upper", "high")):
+            numbers = {name: getattr(trend, end) for name, trend in report.trends.items()}
+            twin.set_trends(bound, report.time, numbers)
+        twin.set_diagnosis(json.dumps(gap_diagnosis(report, 0.0, self.twin.answer, self.twin.answered)))
 
 
 def main(speed: float, before: float) -> None:

@@ -102,7 +102,7 @@ def test_page_shows_the_slide(
     open_page: Callable[..., Any], repository: Path, name: str, width: int, height: int, scheme: str
 ) -> None:
     page = open_page(width, height, scheme)
-    for canvas in ("dial", "strips", "string"):
+    for canvas in ("dial", "strips", "string", "gaps", "timeline", "trends"):
         assert drawn(page, canvas) > 20, canvas
     page.get_by_text("torque within make-up and back-off limits").wait_for()
     page.get_by_text(re.compile(r"rocking ±\d+\.\d rad about .* target 45 deg.*recording")).wait_for()
@@ -116,8 +116,8 @@ def test_parameter_names_run_no_script(open_page: Callable[..., Any]) -> None:
     page = open_page(1200, 900)
     page.get_by_text("Parameters", exact=True).click()
     names = page.locator(".sd-settings .q-field__label").all_inner_texts()
-    assert names[:3] == ["gain", "amplitude, rad", "make up torque limit, kN m"]
-    assert names[3].startswith("a :hint=window.hacked=1")
+    assert names[:4] == ["gain", "friction factor", "amplitude, rad", "make up torque limit, kN m"]
+    assert names[4].startswith("a :hint=window.hacked=1")
     page.get_by_text("of rocking; 0: automatic. 0 to 200 (rocking_controller)").wait_for()
     assert page.locator(".sd-settings .q-field__suffix").all_inner_texts().count("automatic") == 1
     page.get_by_label("gain", exact=True).click()
@@ -139,7 +139,7 @@ def test_print_keeps_the_shape_of_the_canvases(open_page: Callable[..., Any], re
         "return (b.width / b.height) / (c.width / c.height) }"  # fmt: skip
     page.emulate_media(media="print")
     page.set_viewport_size({"width": 720, "height": 1000})
-    for name in ("dial", "strips", "string"):
+    for name in ("dial", "strips", "string", "gaps", "timeline", "trends"):
         assert 0.95 < page.evaluate(shape, name) < 1.05, name
     assert page.evaluate("document.documentElement.scrollWidth") <= 720
     folder = repository / "build" / "screenshots"
@@ -178,6 +178,27 @@ def test_controls_reach_the_queue(open_page: Callable[..., Any], slide: subproce
         "[SetTarget(target=-1.0471975511965976), SetRocking(on=False), SetRocking(on=True), SetRecording(on=False), "
         "SetParameter(node='rocking_controller', name='gain', value=99.0)]"
     )
+
+
+def test_twin_is_asked_and_its_rig_used(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:
+    page = open_page(1400, 900)
+    names, values = (page.locator(f".sd-figure-{part}").all_inner_texts() for part in ("name", "value"))
+    figures = dict(zip(names, values, strict=True))
+    assert re.fullmatch(r"4\d\d\.\d kN|3\d\d\.\d kN", figures["hook load"])
+    assert figures["bit depth"].startswith("400") and figures["rate of penetration"].endswith(" m/h")
+    assert re.match(r"(learning|watching|operation)", page.locator("[data-name=twin]").inner_text())
+    page.get_by_role("button", name="Diagnose now").click()
+    page.get_by_role("button", name="Use calibrated rig").click()
+    (change,) = page.locator("[data-name=change]").all_inner_texts()
+    assert re.fullmatch(r"friction factor: 0\.235 becomes 0\.2\d+", change)
+    page.get_by_text("off_bottom_pressure: the controller has no such parameter").wait_for()
+    page.get_by_role("button", name="Use them").click()
+    page.get_by_text(re.compile(r"friction_factor = 0\.2\d*: refused")).wait_for()
+    assert slide.stdin is not None and slide.stdout is not None
+    slide.stdin.write("requests\n")
+    slide.stdin.flush()
+    received = slide.stdout.readline()
+    assert "DiagnoseNow()" in received and "name='friction_factor', value=0.2" in received
 
 
 def test_page_without_a_server_says_so(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:

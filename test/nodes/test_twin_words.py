@@ -10,9 +10,9 @@ import pytest
 
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes.twin_statuses import TwinHealth, twin_statuses
-from slider_drilling.nodes.twin_topics import detection_json
 from slider_drilling.nodes.twin_word import FORGOTTEN_AFTER, TwinWord
 from slider_drilling.twin import ChannelState, Detection, Trend, TwinReport
+from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
 START = 1.7e9  # s of the rig's clock
 HEALTH = TwinHealth(behind=2.0, restarts=0, asking=False)
@@ -73,7 +73,9 @@ def test_failed_diagnosis_is_said() -> None:
 
 
 def test_detection_times_are_of_the_rigs_clock() -> None:
-    tree = detection_json(WASHOUT, START)
+    whole = gap_diagnosis(report(WASHOUT), START, {"verdict": "named"}, 140.0)
+    assert (whole["state"], whole["answered"], whole["answer"]) == ("watching", START + 140.0, {"verdict": "named"})
+    (tree,) = whole["detections"]
     assert (tree["since"], tree["interval"], tree["answered"], tree["ended"]) == (
         START + 60.0,
         [START + 55.0, START + 66.0],
@@ -81,7 +83,8 @@ def test_detection_times_are_of_the_rigs_clock() -> None:
         None,
     )
     assert set(PRESSURE.as_json()) <= set(tree) and tree["effects"] == ["washout"]
-    json.dumps(detection_json(Detection(**{**vars(PRESSURE), "size": math.nan}), START), allow_nan=False)
+    unsized = report(Detection(**{**vars(PRESSURE), "size": math.nan}))
+    json.dumps(gap_diagnosis(unsized, START, None, None), allow_nan=False)
 
 
 class Clock:
