@@ -26,6 +26,7 @@ Examples:
   slider-drilling closed-loop --campaign 200 --controller mine:Steering --against fixed_rocking -o out
   slider-drilling closed-loop --slide 17 -o out
   slider-drilling closed-loop --faults --elements 40 -o out
+  slider-drilling closed-loop --stands --elements 60 -o out
 """
 
 
@@ -39,6 +40,8 @@ Examples:
 @click.option("--faults", is_flag=True,
               help="Run lying sensors, washout, plugged nozzle and lost strokes instead, 40 minutes each: do weight, "
               "torque and pressure stay within their limits?")
+@click.option("--stands", is_flag=True,
+              help="Run programmes that drill a stand instead: rotate, orient, slide, leave, rotate on.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a setting of the controller under test (gain=1.5); repeatable.")
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and exit.")
@@ -60,7 +63,7 @@ Examples:
 @units_option
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
-    sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
+    stands: bool, sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
     against: tuple[str, ...], slide: int | None, rig_path: Path | None, foreign: bool, scheduler: str, units: Units,
 ) -> int:
     """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
@@ -76,6 +79,17 @@ def command(
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    if stands:
+        if every or faults or name or sets or rig_path or foreign or slides is not None or slide is not None:
+            raise InputError("--stands: cannot be used with --all, --faults, --controller, --set, --rig, --foreign, "
+                             "--campaign or --slide; give it alone or with --only")
+        from slider_drilling.commands.closed_loop_stands import list_stands, run_stands
+
+        if listing:
+            print_listing(list_stands())
+        else:
+            run_stands(only, seed, elements, jobs, output, as_json_text)
+        return 0
     if listing:
         print_listing((scenario.name, scenario.about) for scenario in _known(every, faults))
         return 0

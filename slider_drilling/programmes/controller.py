@@ -205,7 +205,8 @@ class ProgrammeController:
         execution, step = self._execution, self._surface.monitor.step
         if isinstance(execution, SlideExecution):
             fault = execution.advance(measurements)
-            self._records[-1] = replace(self._records[-1], tool_face_set=execution.tool_face_set)
+            self._records[-1] = replace(self._records[-1], tool_face_set=execution.tool_face_set,
+                                        tool_face_left=execution.tool_face_left)  # fmt: skip
             if execution.done and fault is None:
                 return self._next(execution.drives)
             return fault

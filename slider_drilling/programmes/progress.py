@@ -31,6 +31,7 @@ class StepRecord:
         end: s; None while it goes on.
         outcome: "done", "running", or why it was aborted.
         tool_face_set: s of the clock at which a slide had its toolface; None for other steps, or if it never had.
+        tool_face_left: s at which it began to lift the bit after that; None before.
     """
 
     number: int
@@ -39,6 +40,7 @@ class StepRecord:
     end: float | None = None
     outcome: str = "running"
     tool_face_set: float | None = None
+    tool_face_left: float | None = None
 
 
 @dataclass(frozen=True)

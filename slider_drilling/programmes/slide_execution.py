@@ -50,6 +50,7 @@ class SlideExecution:
     Attributes:
         stage: What it does now.
         tool_face_set: Time of the controller's clock at which the toolface counted as set, s; None before.
+        tool_face_left: Time at which the bit is lifted after that, s; None before.
         done: Whether the slide is over and the bit lifted.
     """
 
@@ -64,6 +65,7 @@ class SlideExecution:
         self._command = RigCommand(drives.angle, drives.turning, drives.lowering, drives.pump)
         self.stage = SlideStage.LIFT
         self.tool_face_set: float | None = None
+        self.tool_face_left: float | None = None
         self.done = False
 
     def advance(self, measurements: Measurements) -> LimitReached | None:
@@ -172,5 +174,6 @@ class SlideExecution:
         if (length is not None and self._drilled >= length) or (time is not None and self._stage_time >= time):
             controller.configure(replace(controller.settings, rocking=0.0))
             self._motion = self._lift(self.drives)
+            self.tool_face_left = self._state.monitor.time
             self._enter(SlideStage.LEAVE)
         return None
