@@ -14,6 +14,7 @@ from slider_drilling.nodes.launch_helpers import (
     LaunchArguments,
     dashboard,
     description,
+    is_true,
     process,
     run_together,
     speed,
@@ -34,7 +35,7 @@ def replay(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
         {"rig": given["rig"] or given["log"], "speed": speed(given), "start_time": begins,
          "minimum_subscribers": 2 + len(shown) if given["record"] else None})
     player = process("log_player", given, {"use_sim_time": True, "beside": RECORDED},
-                     {"log": given["log"], "commands_only": True})
+                     {"log": given["log"], "commands_only": True, "twin_topics": not is_true(given, "twin")})
     if given["record"]:
         shown.append(process("recorder", given, {"use_sim_time": True}, {
             "rig": given["rig"], "directory": given["record"], "regex": ".*/recorded/.*"}))

@@ -18,16 +18,20 @@ from site_build.pictures import BED
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "pictures"
 PORT = 8899
+HARDER = "formation_change:factor=1.6,time=500"
+SHOWN_AT = 760  # s of the slide
+HEAD = {"x": 0.0, "y": 0.0, "width": 1400.0, "height": 1010.0}  # px: figures, instruments, twin
 CHROMIUM = "/usr/bin/chromium"
 PROGRAM = (sys.executable, "-m", "slider_drilling")
 
 
 def live(browser: Browser) -> None:
-    """A slide that has run for two minutes, as its live page shows it."""
-    command = [*PROGRAM, "run", "--live", "--live-port", str(PORT), "--target", "45", "--speed", "2"]
+    """A slide into harder rock, as its live page shows it some minutes after the twin has seen the change."""
+    command = [*PROGRAM, "run", "--live", "--twin", "--live-port", str(PORT), "--target", "45", "--speed", "max",
+               "--elements", "100", "--effect", HARDER]  # fmt: skip
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
         for _ in range(60):
             try:
                 page.goto(f"http://127.0.0.1:{PORT}/", timeout=5000)
@@ -35,8 +39,10 @@ def live(browser: Browser) -> None:
             except Exception as error:  # not up yet: whatever the browser calls that
                 print(f"waiting for the live page: {str(error).splitlines()[0]}")
                 time.sleep(1.0)
-        time.sleep(100.0)
-        page.screenshot(path=PICTURES / "live.png")
+        page.wait_for_function(
+            f"parseFloat(document.querySelector('[data-name=facts]')?.textContent) > {SHOWN_AT}", timeout=900_000
+        )
+        page.screenshot(path=PICTURES / "live.png", full_page=True, clip=HEAD)
     finally:
         run.terminate()
         run.wait(30.0)

@@ -42,6 +42,7 @@ class LogPlayer(ManagedNode):
     PARAMETERS = (
         NodeParameter("log", "", "path of the MCAP log to play, or of a bag's folder"),
         NodeParameter("topics", [""], "topics to play, without the rig's namespace; empty: all"),
+        NodeParameter("twin_topics", True, "play what a twin said; false where a twin runs again"),
         NodeParameter("rate", 1.0, "seconds of the log per second", "s/s", 0.001, 1000.0, live=True),
         NodeParameter("position", 0.0, "where in the log to start; set while it plays, it jumps there", "s", 0.0, 1e9,
                       live=True),
@@ -63,7 +64,7 @@ class LogPlayer(ManagedNode):
         values = self.values
         if not values["log"]:
             raise InputError("log_player: parameter log is empty; give the path of an MCAP log")
-        self._log = load(Path(values["log"]), values["topics"])
+        self._log = load(Path(values["log"]), values["topics"], values["twin_topics"])
         self._diagnostics = DiagnosticsPublisher(self)
         self._next = 0  # index of the next message
         self.turns = 0  # of the loop

@@ -8,7 +8,14 @@ from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.log_files import find_log_files, open_reader
-from slider_drilling.messages.topics import DRIVES_COMMAND, TOPICS, canonical_type, fitting_keys, namespace_of
+from slider_drilling.messages.topics import (
+    DRIVES_COMMAND,
+    TOPICS,
+    canonical_type,
+    fitting_keys,
+    is_of_twin,
+    namespace_of,
+)
 from slider_drilling.nodes import raw_topics
 
 # Topics that are not played: the clock follows from the log times, the description is the log's attachment.
@@ -57,12 +64,13 @@ class PlayedLog:
         return self.messages[-1].time_ns - self.messages[0].time_ns
 
 
-def load(path: Path, topics: Iterable[str]) -> PlayedLog:
+def load(path: Path, topics: Iterable[str], twin_topics: bool = True) -> PlayedLog:
     """Read a log for playing.
 
     Args:
         path: An MCAP file, or the folder of a bag.
         topics: Topics to play, without the rig's namespace; none: all.
+        twin_topics: Whether to play what a twin said.
 
     Raises:
         InputError: The path is not a log, holds nothing to play or lacks one of the topics.
@@ -72,7 +80,7 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
     found = find_log_files(path)
     played.notes += [f"{path}: {note}" for note in found.notes]
     for file in found.files:
-        _read(file, wanted, played)
+        _read(file, wanted, twin_topics, played)
     absent = wanted - {message.topic for message in played.messages}
     if absent:
         raise InputError(f"{path}: has no {' and no '.join(sorted(absent))} to play")
@@ -82,7 +90,7 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
     return played
 
 
-def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
+def _read(path: Path, wanted: set[str], twin_topics: bool, played: PlayedLog) -> None:
     container = open_reader(path)
     messages = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
     own = _namespace(channel.topic for channel in container.channels.values())
@@ -91,7 +99,7 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
         name = channel.topic.removeprefix(own + "/").lstrip("/")
         schema = container.schemas.get(channel.schema_id)
         kind = "" if schema is None else schema.name
-        if name in REGENERATED or (wanted and name not in wanted):
+        if name in REGENERATED or (wanted and name not in wanted) or (is_of_twin(name) and not twin_topics):
             continue
         if channel.message_encoding != "cdr" or not kind:
             played.notes.append(f"{channel.topic}: not played: encoded as {channel.message_encoding!r}, type {kind!r}")

@@ -17,6 +17,7 @@ from slider_drilling.messages.topics import DRIVES_COMMAND, JOINT_STATE, TOPICS,
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
+from slider_drilling.nodes.played_log import load
 from slider_drilling.nodes.session import SessionOptions, run_session
 
 FIXED = "slider_drilling.control:FixedRocking"
@@ -242,3 +243,13 @@ def test_two_joints_in_a_sample_are_one_warning(make, recording, capfd):
 def test_log_without_commands_is_refused(make, log):
     with pytest.raises(InputError, match="no commands to drive a rig with"):
         make(LogPlayer, log=str(log), commands_only=True)
+
+
+def test_words_of_a_twin_are_played_or_left_out(tmp_path):
+    path = tmp_path / "run.mcap"
+    with LogWriter(path) as writer:
+        for key in ("top_drive", "expected_top_drive"):
+            writer.sample(TOPICS[key], 0.0, [0.0, 0.0, 1.0])
+    names = {TOPICS["top_drive"].name, TOPICS["expected_top_drive"].name}
+    assert set(load(path, []).types) == names
+    assert set(load(path, [], twin_topics=False).types) == {TOPICS["top_drive"].name}
