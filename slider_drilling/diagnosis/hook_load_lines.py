@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ _STANDS_OUT = 200.0
 # Hz: a stroke either way takes less than a minute. What is slower is the toolface's correction.
 _SLOWEST_ROCKING_HZ = 1.0 / 60.0
 # Harmonics of the rocking that are no lines of their own.
-_HARMONICS = 30
+_HARMONICS = 60
 
 
 def wave_periods(run: LoggedRun) -> tuple[float, ...]:
@@ -47,31 +47,46 @@ def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
     with_hook_load = next((run for run in runs if any(channel.name == "hook_load" for channel in run.channels)), None)
     if with_hook_load is None:
         return ()
-    frequency, power = _spectrum(with_hook_load)
+    frequency, power = _spectrum(with_hook_load, np.blackman)
     if not frequency.size:
         return ()
-    own = ~_near_rocking(frequency, with_hook_load)
-    line = _fast_line(frequency[own], power[own]) or _slow_line(frequency, power, own)
+    # Peaks alone: the flank of a harmonic of the rocking is no line.
+    peaks = np.append(np.append(False, (power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])), False)
+    peaks &= ~_near_rocking(frequency, with_hook_load)
+    line = _fast_line(frequency, power, peaks) or _slow_line(frequency, power, peaks)
     if line is None:
         return ()
-    rate = 2.0 * float(frequency[-1])
+    rate = _sampling_rate(with_hook_load)
     aliases = {abs(multiple * rate + sign * line) for multiple in range(4) for sign in (-1.0, 1.0)}
     return tuple(sorted(alias for alias in aliases if _TOOLS_HZ[0] < alias < _TOOLS_HZ[1]))
 
 
-def _fast_line(frequency: Array, power: Array) -> float | None:
-    """Hz of the strongest line that is faster than rocking and sea, None if it may be noise."""
+def _sampling_rate(run: LoggedRun) -> float:
+    """Samples of hook load a second, Hz: the mean over the run without its gaps, which stamps that jitter do not move."""
+    steps = next(np.diff(channel.time) for channel in run.channels if channel.name == "hook_load")
+    return 1.0 / float(np.mean(steps[steps < 1.5 * np.median(steps)]))
+
+
+def _fast_line(frequency: Array, power: Array, peaks: NDArray[np.bool_]) -> float | None:
+    """Hz of the strongest line that is faster than rocking and sea, None if it may be noise.
+
+    Args:
+        frequency, power: (n,) the spectrum.
+        peaks: (n,) where a line may be.
+    """
     fast = frequency > _FAST_HZ
-    if not fast.any() or not peak_is_significant(power[fast], _PADDING, LINE_FALSE_ALARM):
+    if not (peaks & fast).any():
         return None
-    return float(frequency[fast][np.argmax(power[fast])])
+    best = int(np.argmax(np.where(peaks & fast, power, 0.0)))
+    with_best = np.append(power[fast & (power < power[best])], power[best])
+    return float(frequency[best]) if peak_is_significant(with_best, _PADDING, LINE_FALSE_ALARM) else None
 
 
-def _slow_line(frequency: Array, power: Array, own: NDArray[np.bool_]) -> float | None:
-    """Hz of the slower line that stands out most from the power around it; own: (n,) where the rocking has none."""
+def _slow_line(frequency: Array, power: Array, peaks: NDArray[np.bool_]) -> float | None:
+    """Hz of the slower line that stands out most from the power around it; arguments as of `_fast_line`."""
     width = 2 * round(_NEIGHBOURS_HZ / frequency[1]) + 1
     prominence = power / np.maximum(median_filter(power, width), np.finfo(float).tiny)
-    usable = (frequency > _SLOWEST_HZ) & (frequency <= _FAST_HZ) & own
+    usable = (frequency > _SLOWEST_HZ) & (frequency <= _FAST_HZ) & peaks
     if not usable.any():
         return None
     best = int(np.argmax(np.where(usable, prominence, 0.0)))
@@ -88,11 +103,14 @@ def _near_rocking(frequency: Array, run: LoggedRun) -> NDArray[np.bool_]:
     fundamental = float(hertz[np.argmax(np.where(hertz > _SLOWEST_ROCKING_HZ, power, 0.0))])
     # A period is known to a fraction of a turn over the run: harmonics are known as many times less well.
     order = np.arange(1, _HARMONICS + 1)
-    tolerance = (2.0 + 0.25 * order) / run.duration
-    return np.asarray((np.abs(frequency[:, None] - order * fundamental) < tolerance).any(axis=1))
+    tolerance = (1.0 + 0.1 * order) / run.duration
+    # Where half of all frequencies would be near one, none is told apart by that.
+    told_apart = tolerance < 0.25 * fundamental
+    away = np.abs(frequency[:, None] - order[told_apart] * fundamental)
+    return np.asarray((away < tolerance[told_apart]).any(axis=1))
 
 
-def _spectrum(run: LoggedRun) -> tuple[Array, Array]:
+def _spectrum(run: LoggedRun, window: Callable[[int], Array] = np.hanning) -> tuple[Array, Array]:
     """Frequencies, Hz, and power of the detrended hook load (else torque); empty if the record is too short."""
     by_name = {channel.name: channel for channel in run.channels}
     channel = by_name.get("hook_load") or by_name.get("surface_torque")
@@ -101,5 +119,5 @@ def _spectrum(run: LoggedRun) -> tuple[Array, Array]:
     interval, time, measured = resample_evenly(channel.time, channel.measured)
     padded = _PADDING * time.size
     trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
-    power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2
+    power = np.abs(np.fft.rfft((measured - trend) * window(time.size), padded)) ** 2
     return np.asarray(np.fft.rfftfreq(padded, interval), dtype=np.float64), np.asarray(power, dtype=np.float64)
