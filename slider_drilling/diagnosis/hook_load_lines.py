@@ -62,7 +62,7 @@ def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
 
 
 def _sampling_rate(run: LoggedRun) -> float:
-    """Samples of hook load a second, Hz: the mean over the run without its gaps, which stamps that jitter do not move."""
+    """Samples of hook load a second, Hz: the mean over the run without its gaps. Jitter does not move it."""
     steps = next(np.diff(channel.time) for channel in run.channels if channel.name == "hook_load")
     return 1.0 / float(np.mean(steps[steps < 1.5 * np.median(steps)]))
 
