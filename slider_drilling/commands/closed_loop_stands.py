@@ -10,6 +10,7 @@ from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.slide_scenarios.stand_run import StandScore
+    from slider_drilling.slide_scenarios.stand_scenarios import StandScenario
 
 
 def list_stands() -> list[tuple[str, str]]:
@@ -36,15 +37,10 @@ def run_stands(
         InputError: No stand has such a name, or the file cannot be written.
     """
     from slider_drilling.console.streams import progress_bar
-    from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.slide_scenarios import stand_run, stand_table
-    from slider_drilling.slide_scenarios.stand_scenarios import STANDS
 
-    for start in only:
-        if not any(stand.name.startswith(start) for stand in STANDS):
-            raise InputError(f"--only = {start!r}: no stand starts with this; see --stands --list")
-    stands = [stand for stand in STANDS if not only or stand.name.startswith(only)]
+    stands = _chosen(only)
     if output is not None:
         make_folder(output)
         check_outputs((output / "closed_loop_stands.json",))
@@ -68,6 +64,16 @@ def run_stands(
         return (output / "closed_loop_stands.json",)
 
     write_and_print(tree if as_json_text else None, lambda: print_stands(rows), write)
+
+
+def _chosen(only: tuple[str, ...]) -> list[StandScenario]:
+    from slider_drilling.errors import InputError
+    from slider_drilling.slide_scenarios.stand_scenarios import STANDS
+
+    for start in only:
+        if not any(stand.name.startswith(start) for stand in STANDS):
+            raise InputError(f"--only = {start!r}: no stand starts with this; see --stands --list")
+    return [stand for stand in STANDS if not only or stand.name.startswith(only)]
 
 
 def print_stands(rows: list[StandScore]) -> None:

@@ -30,6 +30,7 @@ ARGUMENTS = {
     "speed": "simulated seconds per second; 0 or max: as fast as possible, in lockstep [1]",
     "target_deg": "toolface to hold, deg [0]",
     "controller": "controller as module:Class [this package's own]",
+    "programme": "programme to run in place of a controller; its node is not restarted after a crash",
     "record": "folder for the log; empty: no recorder",
     "dashboard": "serve the live page and print its address: true or false [false]",
     "twin": "run a twin beside the rig, which says live where they differ and why: true or false [false]",
@@ -139,6 +140,8 @@ def process(
     own |= {name: value for name, value in overrides.items() if value not in (None, "")}
     space = given.get("namespace", "") if namespace is None else namespace
     restarts = executable in ("recorder", "rocking_controller", "twin") and is_true(given, "respawn", True)
+    # A programme must not begin again in the middle of a stand.
+    restarts = restarts and not (executable == "rocking_controller" and given.get("programme"))
     return LaunchedNode(
         restarts,
         package=PACKAGE,

@@ -18,8 +18,8 @@ from slider_drilling.nodes.launch_helpers import (
     twin,
 )
 
-SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "dashboard", "twin", "namespace",
-             "parameters", "respawn", "discovery")  # fmt: skip
+SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "programme", "record", "dashboard", "twin",
+             "namespace", "parameters", "respawn", "discovery")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,12 @@ def simulated_rig(given: LaunchArguments, namespace: str | None = None, port: in
         "rocking_controller",
         given,
         {"use_sim_time": True},
-        {"rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]},
+        {"rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"],
+         "programme": given.get("programme", "")},
         namespace,
     )
     if given["record"]:
-        recorded = {"rig": given["rig"], "directory": given["record"]}
+        recorded = {"rig": given["rig"], "directory": given["record"], "programme": given.get("programme", "")}
         observers.insert(0, process("recorder", given, {"use_sim_time": True}, recorded, namespace))
     # The simulator does not wait for a twin: it must not keep a rig from starting.
     observers += twin(given, True, given["rig"], namespace)
