@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.training.observation import MeasurementObserver
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 WEIGHTS = Path(__file__).with_name("rocking_policy.npz")
 INTERVAL = 1.0  # s between two actions
@@ -96,7 +97,7 @@ class RockingMemory:
             self._torque / 5.0, (o[:, 6] - self._hook_load) / 50.0, np.sin(phase), np.cos(phase),
             self._lengths[self.index] / 3000.0 - 1.0, 5.0 * (self._amplitude - 0.8), self._action[:, 1],
             self._action[:, 0], 3.0 * self._pending,
-        ])  # fmt: skip
+        ]).astype(np.float32)  # fmt: skip
 
     def _take_toolfaces(self, o: Array, time: Array, step: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         """Remember, for each toolface that is new, the centre and pressure when it was measured."""
@@ -157,14 +158,14 @@ class Policy:
                 orthogonal = np.linalg.qr(random.normal(size=(max(sizes[layer : layer + 2]),) * 2))[0]
                 parameters[f"{net}_w{layer}"] = scale * orthogonal[: sizes[layer], : sizes[layer + 1]]
                 parameters[f"{net}_b{layer}"] = np.zeros(sizes[layer + 1])
-        return cls(parameters)
+        return cls({name: value.astype(np.float32) for name, value in parameters.items()})
 
     @classmethod
     def load(cls, path: Path) -> Policy:
         """A trained policy. Raises InputError where the file is none."""
         try:
             with np.load(path) as stored:
-                return cls({name: stored[name].astype(float) for name in stored.files if not name.startswith("adam")})
+                return cls({name: stored[name] for name in stored.files if not name.startswith("adam")})
         except (OSError, ValueError) as error:
             raise InputError(f"{path}: no policy: {error}; train one with train_rocking_policy.py") from None
 

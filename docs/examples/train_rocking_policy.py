@@ -13,6 +13,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from rocking_policy import ACTIONS, FEATURES, INTERVAL, WEIGHTS, Policy, Rocking
 
 import slider_drilling as sd
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 SLOTS, STEPS = 256, 128
 ELEMENTS = 20  # of each string: scores are taken on more, and on other rigs
@@ -63,7 +64,7 @@ class Adam:
             self.second[name] += 0.001 * (g * g - self.second[name])
             mean = self.first[name] / (1.0 - 0.9**self.steps)
             size = self.second[name] / (1.0 - 0.999**self.steps)
-            parameters[name] -= rate * mean / (np.sqrt(size) + 1e-8)
+            parameters[name] -= np.float32(rate) * mean / (np.sqrt(size) + 1e-8)
 
 
 def log_density(actions: Array, mean: Array, log_std: Array) -> Array:
@@ -170,9 +171,10 @@ class Trainer:
         r = self.rollout()
         estimate = advantages(r, self.policy.layers("critic", self._features)[-1][:, 0])
         live = r.live.ravel()
-        f, a = r.features.reshape(-1, FEATURES)[live], r.actions.reshape(-1, ACTIONS)[live]
+        f, a = r.features.reshape(-1, FEATURES)[live], r.actions.reshape(-1, ACTIONS)[live].astype(np.float32)
         old, gain, returns = (x.ravel()[live] for x in (r.log_probability, estimate, estimate + r.values))
         gain = (gain - gain.mean()) / (gain.std() + 1e-8)
+        old, gain, returns = (x.astype(np.float32) for x in (old, gain, returns))
         for _ in range(EPOCHS):
             for part in np.array_split(self._random.permutation(len(f)), MINIBATCHES):
                 gradient = gradients(self.policy, f[part], a[part], old[part], gain[part], returns[part])
@@ -196,10 +198,10 @@ def load(path: Path) -> tuple[Policy, Adam]:
     policy = Policy.load(path)
     optimiser = Adam(policy.parameters)
     with np.load(path) as stored:
-        if "adam_steps" in stored.files:
+        if "adam1_log_std" in stored.files:
             optimiser.steps = int(stored["adam_steps"])
             for order, moment in ((1, optimiser.first), (2, optimiser.second)):
-                moment.update({name: stored[f"adam{order}_{name}"].astype(float) for name in moment})
+                moment.update({name: stored[f"adam{order}_{name}"] for name in moment})
     return policy, optimiser
 
 
