@@ -136,12 +136,6 @@ def test_winding_excuses_torque_to_its_side_only(side, latches):
     assert (fault is not None) == latches
 
 
-def test_pressure_lost_during_the_reference_is_not_learnt():
-    slide = Slide()
-    slide.run(300.0, pressure=grows(-5.0), weight=lambda since: WEIGHT + grows(5.0)(since))
-    assert slide.check.evidence.known and slide.check.evidence.scale < 1.03
-
-
 def test_strong_motor_does_not_hide_weight():
     """Torque beyond what pressure stands for may be weight: it counts in full."""
     slide = Slide(1.15)

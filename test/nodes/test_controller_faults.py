@@ -40,7 +40,7 @@ def test_stopped_controller_keeps_what_it_learnt(simulated, start, listener):
 
 def test_paused_simulator_leaves_controller_as_it_is(start, listener):
     controller = start("rocking_controller", use_sim_time=False, stale_after=0.5)
-    simulator = start("friction_simulator", elements=20, speed=1.0, wait_for_controller=True)
+    simulator = start("friction_simulator", elements=20, speed=3.0, wait_for_controller=True)
     listener.until_time(2.0)
     assert listener.call(Trigger, f"{simulator.name}/pause").success
     stood = listener.time

@@ -28,7 +28,7 @@ _SMOOTHING_TIME = 25.0    # s, of the difference between torque and pressure
 # follows friction and not a hook load that jumps.
 _FIRST_DRAG, _LATER_DRAG = (30.0, 1000.0), (60.0, 250.0)
 _HISTORY_TIME = 1800.0    # s
-_WINDOW = 90.0            # s, of the averages that are compared before and after a fault
+RATE_WINDOW = 90.0            # s, of the averages that are compared before and after a fault
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,6 @@ class LoadSample:
     hook_deficit: float
     block_position: float
     difference: float = 0.0
-
-
-@dataclass
-class _Sums:
-    """Sums over time of mean torque and of the reactive torque from pressure, N m s."""
-
-    torque: float = 0.0
-    reactive: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,8 +89,7 @@ class LoadEvidence:
         self.difference = 0.0
         self.drag = math.nan
         self._samples: deque[LoadSample] = deque()
-        self._learnt_for = 0.0
-        self._halves = (_Sums(), _Sums())   # of the reference period
+        self._learnt_for = self._torque_sum = self._reactive_sum = 0.0
 
     def take(self, sample: LoadSample, steady: bool, consistent: bool) -> None:
         """Take one cycle.
@@ -121,11 +112,10 @@ class LoadEvidence:
 
     def _learn_scale(self, sample: LoadSample) -> None:
         self._learnt_for += sample.duration
-        half = self._halves[0 if self._learnt_for <= 0.5 * _REFERENCE_TIME else 1]
-        half.torque += sample.duration * sample.torque
-        half.reactive += sample.duration * sample.reactive_torque
-        if self._learnt_for >= _REFERENCE_TIME and all(min(sums.torque, sums.reactive) > 0.0 for sums in self._halves):
-            self.scale = min(_scale_at_start(*(sums.torque / sums.reactive for sums in self._halves)), _MAX_SCALE)
+        self._torque_sum += sample.duration * sample.torque
+        self._reactive_sum += sample.duration * sample.reactive_torque
+        if self._learnt_for >= _REFERENCE_TIME and self._reactive_sum > 0.0 and self._torque_sum > 0.0:
+            self.scale = min(self._torque_sum / self._reactive_sum, _MAX_SCALE)
             self.known = True
             self.difference = 0.0
             self._samples.clear()
@@ -173,8 +163,8 @@ class LoadEvidence:
 
     def change_since(self, time: float) -> LoadChange | None:
         """Change of the load by each channel since a time (s); None where too little is known of either."""
-        before = [sample for sample in self._samples if time - _WINDOW <= sample.time <= time]
-        now = [sample for sample in self._samples if sample.time > max(self._samples[-1].time - _WINDOW, time)]
+        before = [sample for sample in self._samples if time - RATE_WINDOW <= sample.time <= time]
+        now = [sample for sample in self._samples if sample.time > max(self._samples[-1].time - RATE_WINDOW, time)]
         if len(before) < 2 or len(now) < 2:
             return None
         pressure, torque, hook = (
@@ -190,16 +180,6 @@ class LoadEvidence:
         # Weight on the bit and drag shorten the string, so the block goes further than the bit.
         stretch = (last.hook_deficit - first.hook_deficit) / self._stiffness
         return (last.block_position - first.block_position - stretch) / (last.time - first.time)
-
-
-def _scale_at_start(first: float, second: float) -> float:
-    """Torque over pressure when the reference period began, from its two halves.
-
-    A ratio that rises is pressure that is being lost: it is followed back to the beginning. One that falls is twist
-    that is still leaving the string: the mean.
-    """
-    rise = max(second - first, 0.0)
-    return first - 0.5 * rise if rise else 0.5 * (first + second)
 
 
 def _mean(samples: list[LoadSample], value: Callable[[LoadSample], float]) -> float:
