@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from short_well import short_rig
 
+import slider_drilling as sd
 from slider_drilling.api.plan_test import FILES, plan_test
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.commands.plan_test import command
@@ -23,6 +24,7 @@ from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
 from slider_drilling.programmes import dump_programme, open_loop_commands, parse_programme
 from slider_drilling.programmes.limits import StepLimits
+from slider_drilling.programmes.progress import ProgrammeState
 from slider_drilling.test_planning.drilling_plan import PlanTestOptions, plan_after, plan_before_logs
 from slider_drilling.test_planning.plan_json import plan_json
 from slider_drilling.test_planning.plan_page import plan_page
@@ -61,6 +63,19 @@ def test_plan_shows_more_than_routine_rocking(plan):
 def test_plan_stays_within_its_limits(plan):
     used = plan.programmes.limits.use(plan.response)
     assert max(used.values()) <= plan.plan.planned.limit_use <= 0.9
+
+
+def test_controller_runs_the_plan_to_its_end(plan):
+    run = sd.simulate(plan.rig, programme=plan.programme, elements=30)
+    assert run.progress.state is ProgrammeState.DONE, run.progress.reason
+
+
+def test_guard_counts_weight_that_friction_holds(plan):
+    manoeuvre = plan.plan.planned.manoeuvre
+    lowering = plan.programmes.commands(manoeuvre).block_speed
+    counted = plan.programmes.limits.use_by_guard(plan.response, lowering, plan.rig)
+    assert counted["weight on bit"] > plan.programmes.limits.use(plan.response)["weight on bit"]
+    assert max(counted.values()) <= plan.plan.planned.limit_use
 
 
 def test_tighter_torque_limit_is_kept():

@@ -16,8 +16,12 @@ from slider_drilling.drillstring import Commands, Response
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap.model import Array, Channel, LoggedRun, Manoeuvre, Model, Parameter, Values
 from slider_drilling.programmes import Programme, load_programme, open_loop_commands
+from slider_drilling.programmes.limit_guard import KEPT_CLEAR, STOPPING_TIME
 from slider_drilling.programmes.limits import CompleteLimits, StepLimits, complete
 from slider_drilling.rig import Rig
+
+# Standard deviations of the hook load's noise that a guard adds.
+_SIGMAS = 3.0
 
 
 class SimulatedRig(Model, Protocol):
@@ -58,6 +62,28 @@ class ProgrammeLimits:
             "weight on bit": float(response.weight_on_bit.max()) / self.steps.weight_on_bit,
             "standpipe pressure": float(response.standpipe_pressure.max()) / self.steps.pressure,
             "toolface": float(swing.max()) / self.tool_face_swing,
+        }
+
+    def use_by_guard(self, response: Response, lowering: Array, rig: Rig) -> dict[str, float]:
+        """The share of the weight and pressure limits that a controller's guard sees.
+
+        It counts all that has left the hook since the string hung free as weight that may come to the bit, wherever
+        friction holds it now (`slider_drilling.programmes.limit_guard`), and keeps some of each limit clear.
+
+        Args:
+            response: What the rig does, from hanging free on.
+            lowering: (n,) commanded speed of the block, m/s.
+            rig: The rig file.
+        """
+        coming = rig.string.axial_stiffness * np.maximum(lowering, 0.0) * STOPPING_TIME
+        weight = float(np.max(response.hook_load[0] - response.hook_load + coming))
+        weight += _SIGMAS * rig.sensors.hook_load.noise
+        circulating = float(response.standpipe_pressure[0])
+        by_weight = weight * rig.bit.lever / rig.motor.torque_per_pressure
+        room = max(self.steps.pressure - circulating, 1.0)
+        return {
+            "weight on bit": weight / ((1.0 - KEPT_CLEAR) * self.steps.weight_on_bit),
+            "standpipe pressure": by_weight / ((1.0 - KEPT_CLEAR) * room),
         }
 
 
@@ -130,8 +156,12 @@ class DrillingProgrammes:
 
     def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> Array:
         """See `Programmes`."""
-        responses = self.responses(manoeuvre, sets)
-        return np.array([max(self.limits.use(response).values()) for response in responses])
+        lowering = self.commands(manoeuvre).block_speed
+        rig, limits = self.model.rig, self.limits
+        return np.array([
+            max(*limits.use(response).values(), *limits.use_by_guard(response, lowering, rig).values())
+            for response in self.responses(manoeuvre, sets)
+        ])  # fmt: skip
 
     def commands(self, manoeuvre: Manoeuvre) -> Commands:
         """What drives the rig in a run."""

@@ -10,11 +10,12 @@ from slider_drilling.programmes.limits import OFF_BOTTOM, ON_BOTTOM, CompleteLim
 from slider_drilling.programmes.surface_state import SurfaceState
 from slider_drilling.rig import Rig
 
-# Of a limit, that is kept clear of for what no channel shows: gain of a sensor, waves, drag at the tare.
-_KEPT_CLEAR = 0.06
+KEPT_CLEAR = 0.06
+"""Of a limit, that is kept clear of for what no channel shows: gain of a sensor, waves, drag at the tare."""
 _TORQUE_CLEAR = 300.0  # N m, besides: bias of a torque sensor
 _SIGMAS = 3.0
-_STOPPING_TIME = 2.5  # s of lowering until the block stands and its reading is no longer smoothed
+STOPPING_TIME = 2.5
+"""s of lowering until the block stands and its reading is no longer smoothed."""
 _MAX_BRAKING = 16.0  # rad/s2
 _UNKNOWN_LAG = 0.8  # s, of torque sensor and speed loop, which the first strokes do not show yet
 
@@ -66,7 +67,7 @@ class LimitGuard:
         Returns:
             The first limit that would be exceeded, or None.
         """
-        coming = self._stiffness * max(lowering, 0.0) * _STOPPING_TIME
+        coming = self._stiffness * max(lowering, 0.0) * STOPPING_TIME
         weight = state.largest_weight
         by_weight = state.pressure.circulating(state.monitor.value["pump_speed"]) + self._pressure_per_weight * (
             weight + coming
@@ -86,7 +87,7 @@ class LimitGuard:
         """
         torque = state.recent_torque
         limit, name = (limits.right_torque, "right") if torque > 0.0 else (limits.left_torque, "left")
-        if abs(torque) >= (1.0 - 0.5 * _KEPT_CLEAR) * limit:
+        if abs(torque) >= (1.0 - 0.5 * KEPT_CLEAR) * limit:
             message = f"torque to the {name} is {abs(torque) / 1e3:.1f} kN m, the limit is {limit / 1e3:.1f} kN m"
             return LimitReached(f"{name}_torque", message, False)
         return self._weight(limits, weight) or self._pressure(limits, state, state.standpipe)
@@ -100,7 +101,7 @@ class LimitGuard:
         stroke = Stroke(side, speed, self.braking, sensor.impedance, delay)
         peak = self._predictor.predict_peak(sensor.torque_from_below(state.pipe_torque), stroke, state.monitor.step)
         limit, name = (limits.right_torque, "right") if side > 0.0 else (limits.left_torque, "left")
-        if speed > 0.0 and math.isfinite(peak) and peak >= (1.0 - _KEPT_CLEAR) * limit - _TORQUE_CLEAR:
+        if speed > 0.0 and math.isfinite(peak) and peak >= (1.0 - KEPT_CLEAR) * limit - _TORQUE_CLEAR:
             message = f"torque to the {name} would reach {peak / 1e3:.1f} kN m, the limit is {limit / 1e3:.1f} kN m"
             return LimitReached(f"{name}_torque", message, False)
         return None
@@ -114,7 +115,7 @@ class LimitGuard:
         return None
 
     def _weight(self, limits: CompleteLimits, weight: float) -> LimitReached | None:
-        if weight < (1.0 - _KEPT_CLEAR) * limits.weight_on_bit:
+        if weight < (1.0 - KEPT_CLEAR) * limits.weight_on_bit:
             return None
         message = (f"weight on bit may reach {weight / 1e3:.0f} kN, the limit is "
                    f"{limits.weight_on_bit / 1e3:.0f} kN")  # fmt: skip
@@ -123,7 +124,7 @@ class LimitGuard:
     def _pressure(self, limits: CompleteLimits, state: SurfaceState, pressure: float) -> LimitReached | None:
         pressure += _SIGMAS * state.pressure_sigma
         circulating = state.pressure.circulating(state.monitor.value["pump_speed"])
-        clear = _KEPT_CLEAR * max(limits.pressure - circulating, 0.0)
+        clear = KEPT_CLEAR * max(limits.pressure - circulating, 0.0)
         if pressure < limits.pressure - clear:
             return None
         message = f"standpipe pressure may reach {pressure / 1e5:.0f} bar, the limit is {limits.pressure / 1e5:.0f} bar"

@@ -83,7 +83,8 @@ def _limits(plan: DrillingPlan) -> Table:
         moved = float(np.max(np.abs(response.tool_face - response.tool_face[0])))
         rows.append(("toolface to either side", Quantity(np.degrees(swing), "deg"), Quantity(np.degrees(moved), "deg")))
     caption = (
-        f"With everything that may be off, the test uses up to {100.0 * plan.plan.planned.limit_use:.0f} % of a limit."
+        f"With everything that may be off, and all weight that friction holds come to the bit, the test uses up to "
+        f"{100.0 * plan.plan.planned.limit_use:.0f} % of a limit."
     )
     return Table(("", "limit", "expected at most"), tuple(rows), caption)
 
