@@ -125,15 +125,16 @@ def _recorder(
 def _run_on_ros(rig: Path, programme: Path, log: Path, effects: tuple[str, ...], drive_rig: bool) -> bool:
     """Run a programme in a process of its own, so that a node that fails ends only its run."""
     from slider_drilling.errors import InputError
+    from slider_drilling.process.own_path import worker_command
 
     folder = log.with_suffix(".run")
     if drive_rig:
-        call = ["-m", "slider_drilling.nodes.rig_session", str(rig), str(programme), str(folder)]
+        call = worker_command("slider_drilling.nodes.rig_session", "main", str(rig), str(programme), str(folder))
     else:
-        call = ["-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme), "--record",
-                str(folder)]  # fmt: skip
+        call = [sys.executable, "-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme),
+                "--record", str(folder)]  # fmt: skip
         call += [part for effect in effects for part in ("--effect", effect)]
-    ended = subprocess.run([sys.executable, *call], capture_output=True, text=True, check=False)
+    ended = subprocess.run(call, capture_output=True, text=True, check=False)
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
     if ended.returncode or not logs:
         lines = [line for line in (ended.stderr or ended.stdout).splitlines() if line.strip()]
