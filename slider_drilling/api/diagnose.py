@@ -6,12 +6,13 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from slider_drilling.api.replay import as_log
 from slider_drilling.api.simulate import Run
+from slider_drilling.api.what_changed import ChangeRequest, diagnose_what_changed
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.diagnosis import diagnose as engine
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, earlier_answer, read_earlier_answer
@@ -115,8 +116,13 @@ def diagnose(
     seed: int = 0,
     after: DiagnosisResult | str | os.PathLike[str] | None = None,
     progress: Progress = lambda stage, share: None,
+    baseline: LogLike | Sequence[LogLike] | None = None,
+    since: float | Literal["auto"] | None = None,
 ) -> DiagnosisResult:
     """Find out where logs of one rig and the simulator differ, which effect explains it, and how much it closes.
+
+    With a baseline, or a time since when something may be different, it finds out what has changed. The rig's
+    calibrated numbers and the effects that it always had are then shared by what was before and what came after.
 
     Args:
         logs: One or several paths, logs or runs. Several are fitted together.
@@ -127,14 +133,35 @@ def diagnose(
         seed: Seed of the bootstrap.
         after: The diagnosis of some of these logs, or of others of the rig, to start from; or its path.
         progress: Called with the stage and the fraction done.
+        baseline: Logs from before a change.
+        since: Time in s from the log's start, from when on something may be different; ``"auto"`` to find it.
 
     Raises:
         InputError: A log cannot be diagnosed, or the logs' rig files differ.
     """
+    records, earlier = _records(logs, "no logs"), () if baseline is None else _records(baseline, "no baseline")
+    nominal = _common_rig([*records, *earlier], rig)
+    if earlier or since is not None:
+        request = ChangeRequest(tuple(records), tuple(earlier), since, tuple(only), seed)
+        request.check(until, bool(effects), after is not None)
+        diagnosis = diagnose_what_changed(request, nominal, progress)
+        return DiagnosisResult(diagnosis, to_json(diagnosis))
+    diagnosis = engine.diagnose(
+        records, nominal, seed=seed, user_effects=effects, only=only, until=until,
+        after=None if after is None else as_earlier_answer(after), progress=progress,
+    )  # fmt: skip
+    return DiagnosisResult(diagnosis, to_json(diagnosis))
+
+
+def _records(logs: LogLike | Sequence[LogLike], missing: str) -> list[RigLog]:
     given = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
     if not given:
-        raise InputError("diagnose: no logs: give at least one")
-    records = [as_log(log) for log in given]
+        raise InputError(f"diagnose: {missing}: give at least one")
+    return [as_log(log) for log in given]
+
+
+def _common_rig(records: Sequence[RigLog], rig: Rig | None) -> Rig:
+    """The rig file given, or the one that all logs share."""
     nominal = records[0].rig() if rig is None else rig
     if rig is None:
         for record in records[1:]:
@@ -143,11 +170,7 @@ def diagnose(
                     f"{record.source}: its rig file differs from that of {records[0].source}; "
                     "give the one to use with --rig (rig=)"
                 )
-    diagnosis = engine.diagnose(
-        records, nominal, seed=seed, user_effects=effects, only=only, until=until,
-        after=None if after is None else as_earlier_answer(after), progress=progress,
-    )  # fmt: skip
-    return DiagnosisResult(diagnosis, to_json(diagnosis))
+    return nominal
 
 
 def as_earlier_answer(given: DiagnosisResult | str | os.PathLike[str]) -> EarlierAnswer:

@@ -32,6 +32,8 @@ Examples:
   slider-drilling diagnose logs/ --jobs 4 -o diagnoses
   slider-drilling diagnose monday.mcap tuesday.mcap --together -o diagnosis
   slider-drilling diagnose monday.mcap test.mcap --together --after diagnosis -o both
+  slider-drilling diagnose tuesday.mcap --baseline monday.mcap -o diagnosis
+  slider-drilling diagnose run.mcap --since 1200 -o diagnosis
 """
 
 
@@ -58,6 +60,10 @@ Examples:
 @click.option("--together", is_flag=True, help="Fit several logs of one rig together.")
 @click.option("--after", type=click.Path(path_type=Path), metavar="DIAGNOSIS",
               help="Start from the diagnosis of the earlier logs (diagnosis.json or its folder).")  # fmt: skip
+@click.option("--baseline", "baseline", multiple=True, type=click.Path(path_type=Path), metavar="LOG",
+              help="What is different from this earlier log of the same rig; repeatable.")  # fmt: skip
+@click.option("--since", metavar="TIME",
+              help="What is different from this time on, s from the log's start; `auto` finds the time.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @json_option
@@ -74,6 +80,8 @@ def command(
     until: float,
     together: bool,
     after: Path | None,
+    baseline: tuple[Path, ...],
+    since: str | None,
     jobs: int,
     scheduler: str,
     as_json: bool,
@@ -81,11 +89,14 @@ def command(
 ) -> int:
     """Find out where LOGS and the simulator differ, which effect explains it, and how much of the gap it closes.
 
+    With --baseline or --since: what is different from an earlier log, or from a time on, and how much that explains.
+
     Several LOGS, or folders of logs, are diagnosed one by one, with a table over all. Ctrl-C keeps the finished ones;
     the same command resumes. With one log, or --together, Ctrl-C (or SIGTERM) writes the best answer so far, marked
     partial. The exit code is then 130 (143).
     """
     from slider_drilling.api.diagnose import diagnose
+    from slider_drilling.api.what_changed import parse_since
     from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, find_logs
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.commands.diagnose_logs import diagnose_each
@@ -97,24 +108,29 @@ def command(
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
-    logs = tuple(find_logs(logs))
-    check_distinct(logs)
+    logs, before = tuple(find_logs(logs)), tuple(find_logs(baseline))
+    check_distinct((*logs, *before))
+    start = parse_since(since)
+    compared = bool(before) or start is not None
     if after is not None and len(logs) > 1 and not together:
         raise InputError("--after: starts one diagnosis from another; give --together to fit the logs together")
-    if len(logs) > 1 and not together:
+    if len(logs) > 1 and not together and not compared:
         options = DiagnoseOptions(rig_path, namespace, topics_path, seed, only, effects, until, units.name)
         return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
-    earlier = after / FILES[0] if after is not None and after.is_dir() else after
-    check_outputs([output / name for name in FILES], (*logs, rig_path, topics_path, earlier))
-    own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
-    records = [read_log(path, rig_path, namespace, topics_path) for path in logs]
+    answer = after / FILES[0] if after is not None and after.is_dir() else after
+    check_outputs([output / name for name in FILES], (*logs, *before, rig_path, topics_path, answer))
+    own = [*([] if compared else installed_effects()), *(load_effect(reference) for reference in effects)]
+    records, earlier = (
+        [read_log(path, rig_path, namespace, topics_path) for path in paths] for paths in (logs, before)
+    )
     rig = None if rig_path is None else load_rig(rig_path)
     with progress_stages() as progress:
         diagnosed = diagnose(
-            records, rig, only=only, effects=own, until=until, seed=seed, after=after, progress=progress
-        )
-    for record in records:
+            records, rig, only=only, effects=own, until=until, seed=seed, after=after, progress=progress,
+            baseline=earlier or None, since=start,
+        )  # fmt: skip
+    for record in (*earlier, *records):
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
     write_and_print(diagnosed.tree if as_json else None, lambda: _print(diagnosed.diagnosis, units),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, topics_option, units_option
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
+from slider_drilling.commands.options import SEED, json_option, namespace_option, topics_option, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -21,45 +22,72 @@ Examples:
 \b
   slider-drilling watch run.mcap
   slider-drilling watch recordings/today --json
+  slider-drilling watch --campaign 40 --jobs 4 -o twin_campaign
   nc rig 5000 | slider-drilling watch - --rig rig.yaml --wits-units field
 """
 
 
 @click.command(epilog=EXAMPLES)
-@click.argument("source", type=str)
+@click.argument("source", type=str, required=False)
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @click.option("--diagnose/--no-diagnose", default=True, show_default=True,
               help="Ask after a detection what is different, in a process of its own.")  # fmt: skip
 @click.option("--follow", is_flag=True, help="Wait for more of a recording that no program of this machine writes.")
 @click.option("--wits-units", type=click.Choice(["field", "metric"]), help="Units of WITS, which does not tell them.")
 @click.option("--save-rig", type=click.Path(path_type=Path), help="Write the calibrated rig file here at the end.")
+@click.option("--campaign", type=click.IntRange(1, 10000), metavar="N",
+              help="Instead of a source: N sealed slides of foreign rigs, scored against their labels.")  # fmt: skip
+@click.option("--begins", default="", metavar="NAME,...", help="With --campaign: what may begin. [default: all]")
+@click.option("--duration", default=2400.0, show_default=True, help="With --campaign: length of each slide, s.")
+@click.option("--seed", default=1, show_default=True, type=SEED, help="With --campaign: of everything drawn.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default="twin_campaign", show_default=True,
+              help="With --campaign: folder of logs, labels, results and twin_campaign.json.")  # fmt: skip
+@jobs_option
+@scheduler_option
 @namespace_option
 @topics_option
 @json_option
 @units_option
 def command(
-    source: str,
+    source: str | None,
     rig_path: Path | None,
     diagnose: bool,
     follow: bool,
     wits_units: str | None,
     save_rig: Path | None,
+    campaign: int | None,
+    begins: str,
+    duration: float,
+    seed: int,
+    output: Path,
+    jobs: int,
+    scheduler: str,
     namespace: str | None,
     topics_path: Path | None,
     as_json: bool,
     units: Units,
-) -> None:
+) -> int:
     """Simulate alongside SOURCE: the gap live, what changed, since when, and why.
 
     With --json a line a second: t, gap over 60 s and its threshold by channel, detections; times in s from the start.
     """
+    from slider_drilling.campaign.run import WorkerSettings
+    from slider_drilling.commands.watch_campaign import watch_campaign
     from slider_drilling.commands.watch_output import JsonLines, TableLines
     from slider_drilling.commands.watch_sources import open_feed
+    from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, write_atomically
     from slider_drilling.rig import dump_rig
     from slider_drilling.twin import Twin, diagnose_after
     from slider_drilling.twin.watch import watch
 
+    if (campaign is None) == (source is None):
+        raise InputError("watch: give a SOURCE, or --campaign N")
+    if campaign is not None:
+        names = tuple(name.strip() for name in begins.split(",") if name.strip())
+        workers = WorkerSettings(jobs, scheduler)
+        return watch_campaign(campaign, seed, names, duration, rig_path, output, workers, as_json)
+    assert source is not None
     if save_rig is not None:
         check_outputs((save_rig,), (Path(source), rig_path, topics_path))
     with open_feed(source, rig_path, namespace, topics_path, follow, wits_units or "") as (feed, rig, replayed):
@@ -72,3 +100,4 @@ def command(
             lines.end()
     if save_rig is not None:
         write_atomically(save_rig, dump_rig(twin.calibrated_rig()).encode())
+    return 0

@@ -12,6 +12,8 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
+from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
+from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
 from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -32,6 +34,7 @@ _MIN_SHARE = 0.15
 _MIN_GAIN = 30.0
 _TWISTS = (0.0, -4.0)  # rad, starts of the twist of the string
 _NORMAL_95 = 1.96
+_UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
 # How much of its own a calibrated number may wander within an hour, one standard deviation (Structure of foreign
 # plants: slow changes of friction, bit and pressure; a log that deepens).
 _WANDERS = {
@@ -92,7 +95,8 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, start: Mapping[str, float] | 
     checks = [check_log(log, rig) for log in logs]
     for checked in checks:
         checked.raise_if_unusable()
-    model = build_model([checked.log for checked in checks], rig).model
+    calm = [from_calm_start(checked.log, rig, longest=True) for checked in checks]
+    model = without_operations(build_model(calm, rig).model)
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     problem = build_problem(model, [sigmas(own) for own in floors])
     runs = range(len(model.runs))
@@ -105,7 +109,7 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, start: Mapping[str, float] | 
     return Baseline(
         rig, tuple(log.source for log in logs), _parameters(in_these_units, again), standing, noise,
         chance_gains(in_these_units, again, candidates_for_change(model.effects, standing, again.values)),
-        float(np.sqrt(np.mean(found.residual**2))), float(sum(run.duration for run in model.runs)),
+        usual_gap(problem, found.residual), float(sum(run.duration for run in model.runs)),
     )  # fmt: skip
 
 
@@ -138,7 +142,7 @@ def _standing_effects(problem: Problem, found: Fit, effects: list[Effect]) -> tu
         added = best.effect.within_physical_range
         within = problem.at_fidelity_of(standing)
         fitted = fit(within, parameters_of(problem, [*standing, added]), best.starts[0])
-        before, after = (float(np.mean(each.residual**2)) for each in (found, fitted))
+        before, after = (usual_gap(problem, each.residual) ** 2 for each in (found, fitted))
         closes = (before - after) / max(before - 1.0, 1e-9)
         if found.cost - fitted.cost < _MIN_GAIN or closes < _MIN_SHARE or not best.effect.is_physical(fitted.values):
             break
@@ -151,7 +155,7 @@ def _noise_left(problem: Problem, found: Fit, floors: Sequence[Mapping[str, Nois
     """By channel, the larger of the sensor's noise and the RMS of what the fit leaves."""
     squares: dict[str, list[float]] = {}
     for piece in problem.pieces:
-        squares.setdefault(piece.name, []).extend((found.residual[piece.rows] * piece.noise) ** 2)
+        squares.setdefault(piece.name, []).append(usual_square(piece, found.residual) * piece.noise**2)
     noise = {}
     for name, values in squares.items():
         floor = max((own[name] for own in floors if name in own), key=lambda each: each.sigma)
@@ -170,8 +174,9 @@ def _parameters(problem: Problem, found: Fit) -> dict[str, BaselineParameter]:
         low, high = intervals.get(parameter.name, (value - parameter.scale, value + parameter.scale))
         deviation = max((high - low) / (2.0 * _NORMAL_95), 0.0)
         wander = _WANDERS.get(parameter.name.rstrip("0123456789"), 0.1 * parameter.scale)
-        # What the baseline says nothing of keeps its prior.
-        spread = min(float(np.hypot(deviation, wander)), max(parameter.spread, wander))
+        # A number that the baseline does not determine is still the same number later: only a part of what is unknown
+        # of it may show in another manoeuvre.
+        spread = min(float(np.hypot(_UNKNOWN_SHARE * deviation, wander)), max(parameter.spread, wander))
         known[parameter.name] = BaselineParameter(value, spread)
     return known
 

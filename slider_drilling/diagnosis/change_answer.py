@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, root_mean_square
+from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange
 from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
 from slider_drilling.gap.model import Array
-from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.gap.search.least_squares import Fit
 
@@ -26,6 +27,7 @@ _MAX_GROUP = 3
 SAME_AS_BEFORE = 1.25
 # A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
 _MOVED, _MIN_SHARE = 2.0, 0.02
+_MIN_SAMPLES = 100  # of a channel that counts by itself
 _BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
 
 
@@ -86,17 +88,19 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         baseline: What the earlier log gave.
         seed: Of the bootstrap.
     """
-    unchanged, calibrated = (root_mean_square(each.residual) for each in (search.unchanged, search.calibrated))
+    unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
+    different, still = (largest_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
     supported = [each for each in search.tried if each.gain >= MIN_EVIDENCE and is_meant(each)]
     group = _indistinguishable(supported)
-    named = group[0] if 0 < len(group) <= _MAX_GROUP and unchanged > SAME_AS_BEFORE else None
+    named = group[0] if 0 < len(group) <= _MAX_GROUP and different > SAME_AS_BEFORE else None
     final = search.calibrated if named is None else named.fit
     moved = moved_parameters(search, final, baseline)
     if named is not None:
-        verdict = "effect" if named.gap <= SAME_AS_BEFORE else "effect_and_unknown"
-    elif unchanged <= SAME_AS_BEFORE:
+        left = largest_gap(named.problem, named.fit.residual)
+        verdict = "effect" if left <= SAME_AS_BEFORE else "effect_and_unknown"
+    elif different <= SAME_AS_BEFORE:
         verdict = "none"
-    elif calibrated <= SAME_AS_BEFORE:
+    elif still <= SAME_AS_BEFORE:
         verdict = "parameters" if moved else "none"
     else:
         verdict = "unknown"
@@ -109,6 +113,17 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
     site = named.effect.site if named else _likely_site(others, verdict)
     gaps = (unchanged, calibrated, None if named is None else named.gap)
     return ChangeAnswer(verdict, named, names[1:], suspected, site, moved, explained, interval, gaps)
+
+
+def largest_gap(problem: Problem, residual: Array) -> float:
+    """E of the channel that misfits most, or of all together."""
+    judged = {piece.name for piece in problem.pieces if _counts_by_itself(piece)}
+    own = [gap for name, gap in usual_gaps(problem, residual).items() if name in judged]
+    return max([usual_gap(problem, residual), *own])
+
+
+def _counts_by_itself(piece: Piece) -> bool:
+    return piece.channel.time.size >= _MIN_SAMPLES and not piece.channel.accumulates
 
 
 def is_meant(tried: TriedChange) -> bool:
@@ -160,11 +175,12 @@ def share_explained(
         seed: Of the bootstrap.
 
     Returns:
-        ``1 - (E_after^2 - 1) / (E_before^2 - 1)``; None where the difference is within `SAME_AS_BEFORE`.
+        ``1 - (E_after^2 - 1) / (E_before^2 - 1)``; None where the log is no worse than the baseline.
     """
-    if root_mean_square(before) <= SAME_AS_BEFORE:
+    if usual_gap(problem, before) <= 1.0:
         return None, None
-    time = problem.time
+    rows = counted(problem)
+    before, after, time = before[rows], after[rows], problem.time[rows]
     block = ((time - time.min()) // _BLOCK_S).astype(int)
     count = np.bincount(block)
     used = count > 0

@@ -27,6 +27,7 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
 )
 from slider_drilling.diagnosis.rig_source import find_rig_source
+from slider_drilling.diagnosis.usual_error import usual_gaps
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
@@ -82,8 +83,7 @@ def _gap(search: ChangeSearch, answer: ChangeAnswer, baseline: Baseline) -> Gap:
             for name, channel in channels.items()
         },
         misfit_channels=tuple(
-            piece.name for piece in search.problem.pieces
-            if float(np.sqrt(np.mean(final[piece.rows] ** 2))) > SAME_AS_BEFORE
+            name for name, gap in usual_gaps(search.problem, final).items() if gap > SAME_AS_BEFORE
         ),
     )  # fmt: skip
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
-from slider_drilling.gap.model import Array, Effect, Values
+from slider_drilling.diagnosis.usual_error import usual_gap
+from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
@@ -41,7 +42,7 @@ class TriedChange:
     @property
     def gap(self) -> float:
         """E that it leaves, in the baseline's noise."""
-        return root_mean_square(self.fit.residual)
+        return usual_gap(self.problem, self.fit.residual)
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,6 @@ class ChangeSearch:
     calibrated: Fit = field(repr=False)
     tried: tuple[TriedChange, ...]
     scanned: Mapping[str, float]
-
-
-def root_mean_square(residual: Array) -> float:
-    """E of a residual (N,) in noise units."""
-    return float(np.sqrt(np.mean(residual**2)))
 
 
 def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:

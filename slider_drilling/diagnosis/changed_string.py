@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.gap.model import (
@@ -17,6 +18,8 @@ from slider_drilling.gap.model import (
     SimulationOptions,
     Values,
 )
+
+_NOWHERE = 1e9  # SI, of a channel whose simulation fails: no change that makes the string unstable is a candidate
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,14 @@ class ChangedString:
         """
         full = [{**self.shared, **values} for values in sets]
         if not self.growing:
-            return self.string.simulate(run, full, options)
+            return {name: _finite(rows) for name, rows in self.string.simulate(run, full, options).items()}
         unchanged = [
             {name: self.shared.get(name, value) if name in self._changing else value for name, value in values.items()
              if name not in self._changing or name in self.shared}
             for values in full
         ]  # fmt: skip
         simulated = self.string.simulate(run, [*full, *unchanged], options)
-        return {name: self._blend(run, name, rows) for name, rows in simulated.items()} if sets else simulated
+        return {name: self._blend(run, name, _finite(rows)) for name, rows in simulated.items()} if sets else simulated
 
     def _blend(self, run: int, channel: str, rows: Array) -> Array:
         logged = self.runs[run]
@@ -97,3 +100,9 @@ class ChangedString:
     def growing_change(self, growing: bool) -> ChangedString:
         """The same model with changes that grow, or with sudden ones."""
         return replace(self, growing=growing)
+
+
+def _finite(rows: Array) -> Array:
+    """Rows (k, n) of a channel; those of simulations that failed are far from any measurement."""
+    failed: NDArray[np.bool_] = ~np.asarray(np.isfinite(rows).all(axis=1))
+    return np.asarray(np.where(failed[:, np.newaxis], _NOWHERE, rows)) if np.any(failed) else rows

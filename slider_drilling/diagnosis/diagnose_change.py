@@ -16,6 +16,7 @@ from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
+from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
@@ -70,6 +71,7 @@ def diagnose_change(
     rig: Rig,
     *,
     since: Since | None = None,
+    only: Sequence[str] = (),
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
 ) -> Diagnosis:
@@ -82,6 +84,7 @@ def diagnose_change(
         after: Later logs. Each begins where the change does, or later.
         rig: The rig file.
         since: When the change began, for the answer.
+        only: Names of the changes to consider; all if empty.
         seed: Of the bootstrap.
         progress: Called with the stage and the share done.
 
@@ -91,12 +94,13 @@ def diagnose_change(
     started = clock.perf_counter()
     progress("calibrating the baseline", 0.05)
     baseline = before if isinstance(before, Baseline) else fit_baseline(_long_enough(before, MIN_BEFORE_S), rig)
-    checks = tuple(check_log(log, rig) for log in _long_enough(after, MIN_AFTER_S))
+    calm = [from_calm_start(log, rig) for log in _long_enough(after, MIN_AFTER_S)]
+    checks = tuple(check_log(log, rig) for log in calm)
     for checked in checks:
         checked.raise_if_unusable()
     progress("searching what has changed", 0.5)
     prepared = build_model([checked.log for checked in checks], rig)
-    model = _changed_string(prepared.model.with_channels(tuple(baseline.noise)), baseline)
+    model = _changed_string(without_operations(prepared.model.with_channels(tuple(baseline.noise))), baseline, only)
     if not any(run.channels for run in model.runs):
         raise InputError(
             f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
@@ -122,8 +126,14 @@ def _long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
     return logs
 
 
-def _changed_string(string: DrillString, baseline: Baseline) -> ChangedString:
+def _changed_string(string: DrillString, baseline: Baseline, only: Sequence[str]) -> ChangedString:
+    """The model of the later logs. Raises InputError for a name that is no candidate."""
     candidates = candidates_for_change(string.effects, baseline.standing, baseline.values)
+    names = [effect.name for effect in candidates]
+    for name in only:
+        if name not in names:
+            raise InputError(f"--only {name}: not a change that this log can show; use {', '.join(names)}")
+    candidates = tuple(effect for effect in candidates if not only or effect.name in only)
     return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates)
 
 

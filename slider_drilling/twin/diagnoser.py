@@ -14,10 +14,10 @@ from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
 
-_ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
-_BEFORE_S = 900.0  # of samples from before a change
-_MARGIN_S = 5.0  # around a change, which belong to neither
-_MIN_AFTER_S = 40.0
+ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
+BEFORE_S = 420.0  # of samples from before a change
+MARGIN_S = 5.0  # around a change, which belong to neither
+MIN_AFTER_S = 40.0
 
 
 class Diagnoser:
@@ -51,7 +51,7 @@ class Diagnoser:
 
     def detected(self, detection: Detection) -> None:
         """Plan the questions about a new detection."""
-        self._due += [(detection.detected + after, detection.number) for after in _ASKED_AFTER_S]
+        self._due += [(detection.detected + after, detection.number) for after in ASKED_AFTER_S]
 
     def update(self, now: float) -> None:
         """Take an answer that has come, and ask what is due; never waits."""
@@ -82,11 +82,11 @@ class Diagnoser:
         if self._ask is None:
             return
         self._background = self._background or BackgroundDiagnosis()
-        since = now - _BEFORE_S if detection is None else detection.since
-        if now - since < _MIN_AFTER_S:
-            since = now - _MIN_AFTER_S
-        before = recorded_log(self._buffers, self._rig, since - _BEFORE_S, since - _MARGIN_S)
-        begin = since - _MARGIN_S
+        since = now - BEFORE_S if detection is None else detection.since
+        if now - since < MIN_AFTER_S:
+            since = now - MIN_AFTER_S
+        before = recorded_log(self._buffers, self._rig, since - BEFORE_S, since - MARGIN_S)
+        begin = since - MARGIN_S
         after = recorded_log(self._buffers, self._rig, begin, now)
         self._asked_for = None if detection is None else detection.number
         self._background.start(Question(self._ask, before, after, self._rig, since - begin))

@@ -1,0 +1,111 @@
+"""What has changed: between two logs, or within one from a time on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
+from slider_drilling.diagnosis.result import Diagnosis
+from slider_drilling.errors import InputError
+from slider_drilling.gap.progress import Progress
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
+
+
+@dataclass(frozen=True)
+class ChangeRequest:
+    """What is asked.
+
+    Attributes:
+        logs: Later logs, or the one log that is split.
+        baseline: Earlier logs; empty where one log is split.
+        since: s from the log's start; ``"auto"`` to find it; None with a baseline.
+        only: Names of the changes to consider; all if empty.
+        seed: Of the bootstrap.
+    """
+
+    logs: tuple[RigLog, ...]
+    baseline: tuple[RigLog, ...]
+    since: float | Literal["auto"] | None
+    only: tuple[str, ...] = ()
+    seed: int = 0
+
+    def check(self, until: float, with_user_effects: bool, with_after: bool) -> None:
+        """Refuse what does not go together.
+
+        Raises:
+            InputError: Naming the options.
+        """
+        if self.since is not None and self.baseline:
+            raise InputError("--since and --baseline: give one of them: --since splits one log, --baseline is another")
+        if self.since is not None and len(self.logs) > 1:
+            raise InputError(f"--since {self.since}: splits one log; {len(self.logs)} are given")
+        if until != 1.0:
+            raise InputError(f"--until {until:g}: not with --baseline or --since, which fit the whole later log")
+        if with_after:
+            raise InputError("--after: not with --baseline or --since, whose baseline is calibrated anew")
+        if with_user_effects:
+            raise InputError(
+                "--effect: not with --baseline or --since: only the catalogue and changes of the rig there"
+            )
+
+
+def parse_since(text: str | None) -> float | Literal["auto"] | None:
+    """The value of ``--since``. Raises InputError for what is neither a time in s nor ``auto``."""
+    if text is None or text == "auto":
+        return text  # type: ignore[return-value]
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"--since {text}: must be a time in s from the log's start, or auto")
+    return value
+
+
+def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
+    """When a change began by the twin's change detection, run over the whole log.
+
+    Raises:
+        InputError: It detects no change.
+    """
+    from slider_drilling.twin import Twin
+    from slider_drilling.twin.feed import LogFeed
+
+    twin, feed = Twin(rig, ask=None), LogFeed(log)
+    length = max(float(series.time[-1]) for series in log.series().values())
+    while not feed.ended:
+        for samples in feed.poll():
+            for channel, (times, values) in samples.items():
+                twin.add(channel, times, values)
+            for report in twin.advance():
+                progress("looking for a change", 0.5 * min(report.time / length, 1.0))
+                if report.detections:
+                    first = report.detections[0]
+                    twin.close()
+                    return Since(first.since, first.interval, found=True, log_start=first.since)
+    twin.close()
+    raise InputError(f"--since auto: {log.source}: no change detected; give the time from which on to compare")
+
+
+def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) -> Diagnosis:
+    """Diagnose a change.
+
+    Args:
+        request: What is asked.
+        rig: The rig file.
+        progress: Called with the stage and the share done.
+
+    Raises:
+        InputError: A log is unusable or too short, or a name is unknown.
+    """
+    if request.since is None:
+        return diagnose_change(
+            request.baseline, request.logs, rig, only=request.only, seed=request.seed, progress=progress
+        )
+    log = request.logs[0]
+    since = find_since(log, rig, progress) if request.since == "auto" else Since(request.since, log_start=request.since)
+    before, after = split_at(log, since.time)
+    return diagnose_change([before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress)

@@ -1,0 +1,1 @@
+"""Sealed slides: a controller slides on a foreign rig, operations come in between, and in most something begins."""

@@ -1,0 +1,168 @@
+"""Run the twin over one sealed slide: what it detects, names and forecasts, and what that costs."""
+
+from __future__ import annotations
+
+import resource
+import time as clock
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from slider_drilling.blind.slides.forecasts import ForecastErrors, ForecastLog
+from slider_drilling.campaign.job import Job
+from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.time_window import cut_time_window
+from slider_drilling.twin import Detection, Twin, diagnose_after
+from slider_drilling.twin.diagnoser import ASKED_AFTER_S, BEFORE_S, MARGIN_S, MIN_AFTER_S
+from slider_drilling.twin.feed import LogFeed
+
+NAMED_WITHIN_S = 180.0
+"""Time after a detection within which an answer counts."""
+_ASKED_DETECTIONS = 2  # of one slide; each costs some diagnoses
+
+
+@dataclass(frozen=True)
+class TwinAnswer:
+    """One answer of the diagnosis after a detection.
+
+    Attributes:
+        answered: s of the slide: when it was asked, and the processor time that it took.
+        verdict: Of the diagnosis.
+        effects: Named effects.
+        group: Effects that it cannot distinguish from the first of them.
+        suspected: Effects that it suspects.
+        site: Where it acts, None if unknown.
+        failure: Why there is no answer; empty if there is one.
+    """
+
+    answered: float
+    verdict: str
+    effects: tuple[str, ...] = ()
+    group: tuple[str, ...] = ()
+    suspected: tuple[str, ...] = ()
+    site: str | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class WatchedDetection:
+    """A detection of the twin, with the answers to it in their order. Fields are those of `twin.Detection`."""
+
+    detected: float
+    since: float
+    interval: tuple[float, float]
+    channel: str
+    site: str
+    kind: str
+    answers: tuple[TwinAnswer, ...] = ()
+
+
+@dataclass(frozen=True)
+class WatchedSlide:
+    """What the twin made of one slide.
+
+    Attributes:
+        log: File name.
+        duration: s.
+        watched: s in which the twin judged what it saw; the rest it learnt or saw an operation.
+        detections: In their order.
+        cpu_share: Processor time over the time of the slide, without diagnoses.
+        diagnosis_cpu: s of processor time, of every diagnosis.
+        memory: bytes, the most that the process held.
+        forecasts: Errors of the forecasts.
+    """
+
+    log: str
+    duration: float
+    watched: float
+    detections: tuple[WatchedDetection, ...]
+    cpu_share: float
+    diagnosis_cpu: tuple[float, ...]
+    memory: int
+    forecasts: ForecastErrors
+
+
+def watch_job(log: Path, forbidden: tuple[str, ...]) -> Job:
+    """The job that watches a slide; forbidden: folders that it cannot open, which hold the labels."""
+    call = "slider_drilling.blind.slides.watched:watch_sealed"
+    return Job(call, log.stem, {"log": str(log)}, forbidden_folders=forbidden)
+
+
+def watch_sealed(job: Job) -> dict[str, Any]:
+    """Watch the slide of a job."""
+    return asdict(watch_slide(read_log(Path(job.inputs["log"]))))
+
+
+def watch_slide(log: RigLog) -> WatchedSlide:
+    """Run the twin over a log as if it came live; diagnoses are asked at the times at which the twin asks them."""
+    rig = log.rig()
+    twin, feed, forecasts = Twin(rig, ask=None), LogFeed(log), ForecastLog()
+    began, watched, last = clock.process_time(), 0, 0.0
+    reports = []
+    while not feed.ended:
+        for samples in feed.poll():
+            for channel, (times, values) in samples.items():
+                twin.add(channel, times, values)
+            reports += twin.advance()
+        for report in reports:
+            watched += report.state == "watching"
+            last = report.time
+            forecasts.add(report)
+        reports.clear()
+    cost = clock.process_time() - began
+    found = twin.latest_report()
+    detections = () if found is None else found.detections
+    twin.close()
+    answered = [_with_answers(log, each, last, number) for number, each in enumerate(detections)]
+    spent = tuple(cpu for _, costs in answered for cpu in costs)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return WatchedSlide(
+        Path(log.source).name, last, float(watched), tuple(each for each, _ in answered), cost / max(last, 1.0),
+        spent, memory, forecasts.errors(log, rig),
+    )  # fmt: skip
+
+
+def _with_answers(log: RigLog, detection: Detection, end: float, number: int) -> tuple[WatchedDetection, list[float]]:
+    """A detection with its answers, and the processor time of each."""
+    answers, costs = [], []
+    for after in ASKED_AFTER_S if number < _ASKED_DETECTIONS else ():
+        now = detection.detected + after
+        if after >= NAMED_WITHIN_S or now > end:
+            break
+        began = clock.process_time()
+        answer = _ask(log, min(detection.since, now - MIN_AFTER_S), now)
+        costs.append(clock.process_time() - began)
+        answers.append(TwinAnswer(now + costs[-1], **answer))
+    low, high = detection.interval
+    watched = WatchedDetection(
+        detection.detected, detection.since, (low, high), detection.channel, detection.site, detection.kind,
+        tuple(answers),
+    )  # fmt: skip
+    return watched, costs
+
+
+def _ask(log: RigLog, since: float, now: float) -> dict[str, Any]:
+    before = cut_time_window(log, max(since - BEFORE_S, 0.0), since - MARGIN_S)
+    after = cut_time_window(log, since - MARGIN_S, now)
+    try:
+        tree = diagnose_after(before, after, log.rig(), MARGIN_S)
+    except InputError as error:
+        return {"verdict": "failed", "failure": str(error)}
+    group: list[str] = next((row["group"] for row in tree["ranking"] if row["in_answer"]), [])
+    return {"verdict": tree["verdict"], "effects": tuple(tree["effects"]), "group": tuple(group),
+            "suspected": tuple(tree["suspected"]), "site": tree["site"]}  # fmt: skip
+
+
+def watched_from_json(tree: dict[str, Any]) -> WatchedSlide:
+    """The slide that `watch_sealed` gave."""
+    detections = tuple(
+        WatchedDetection(**(_tuples(each) | {"answers": tuple(TwinAnswer(**_tuples(own)) for own in each["answers"])}))
+        for each in tree["detections"]
+    )
+    forecasts = ForecastErrors(**tree["forecasts"])
+    return WatchedSlide(**(_tuples(tree) | {"detections": detections, "forecasts": forecasts}))
+
+
+def _tuples(tree: dict[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in tree.items()}

@@ -1,0 +1,158 @@
+"""What is different between two logs of one rig."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from short_well import short_rig
+
+from slider_drilling.api.diagnose import diagnose
+from slider_drilling.api.what_changed import parse_since
+from slider_drilling.blind.manoeuvres import steady
+from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.diagnosis.baseline import fit_baseline
+from slider_drilling.diagnosis.change_answer import ChangedParameter
+from slider_drilling.diagnosis.change_sentences import moved_clause
+from slider_drilling.diagnosis.diagnose import tuned_rig
+from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
+from slider_drilling.diagnosis.rig_changes import RIG_CHANGES, with_rig_changes
+from slider_drilling.diagnosis.sentences import summary
+from slider_drilling.diagnosis.to_json import to_json
+from slider_drilling.diagnosis.undisturbed import calm_times
+from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.effects import effects_with
+from slider_drilling.errors import InputError
+from slider_drilling.log import read_log
+
+BACKLASH = {"top_drive_backlash": {"angle": 0.4}}
+
+
+def _log(folder, name, seed, share_of_pressure=1.0, **effects):
+    """A routine slide of 150 s; share_of_pressure: of the circulating pressure, that a washout leaves."""
+    rig = short_rig()
+    hydraulics = replace(rig.hydraulics, reference_pressure=share_of_pressure * rig.hydraulics.reference_pressure)
+    true = replace(rig, hydraulics=hydraulics, effects=effects_with(**effects))
+    generator = np.random.default_rng(seed)
+    commands = steady(np.random.default_rng(5), rig, 150.0)
+    path = folder / f"{name}.mcap"
+    write_sealed_log(path, rig, commands, simulate(true, commands, 50), generator)
+    return read_log(path)
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    return {
+        "before": _log(folder, "before", 1), "same": _log(folder, "same", 2),
+        "worn": _log(folder, "worn", 3, motor_wear={"torque_loss": 0.15}),
+        "washout": _log(folder, "washout", 4, 0.95),
+        "always": _log(folder, "always", 5, **BACKLASH), "still": _log(folder, "still", 6, **BACKLASH),
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def baseline(logs):
+    return fit_baseline([logs["before"]], short_rig())
+
+
+def test_same_rig_is_not_different(baseline, logs):
+    found = diagnose_change(baseline, [logs["same"]], short_rig())
+    assert (found.verdict, found.effects) == ("none", ())
+
+
+def test_lost_motor_torque_is_the_change(baseline, logs):
+    found = diagnose_change(baseline, [logs["worn"]], short_rig(), since=Since(1200.0, (1190.0, 1210.0)))
+    assert found.effects == ("motor_wear",)
+    loss = found.tuned_parameters["motor_wear.torque_loss"]
+    assert loss.interval[0] <= 0.15 <= loss.interval[1]
+    assert found.change.explained > 0.8
+    assert str(summary(found)).startswith("What is different since 1200 s (1190 to 1210 s): the motor gives 1")
+
+
+def test_washout_is_named_and_in_tuned_rig(baseline, logs):
+    found = diagnose_change(baseline, [logs["washout"]], short_rig())
+    assert found.effects == ("washout",)
+    assert tuned_rig(found).hydraulics.reference_pressure == pytest.approx(
+        0.95 * short_rig().hydraulics.reference_pressure, rel=0.01
+    )
+
+
+def test_effect_of_both_logs_is_no_change(logs):
+    found = diagnose_change([logs["always"]], [logs["still"]], short_rig())
+    assert (found.verdict, found.effects) == ("none", ())
+
+
+def test_json_holds_the_change(baseline, logs):
+    tree = to_json(diagnose_change(baseline, [logs["washout"]], short_rig()))
+    assert json.loads(json.dumps(tree, allow_nan=False))["change"]["baseline"] == list(baseline.sources)
+    assert tree["change"]["since"] is None and tree["gap"]["nominal"] == tree["change"]["gap_before"]
+
+
+def test_only_restricts_the_changes(baseline, logs):
+    found = diagnose_change(baseline, [logs["same"]], short_rig(), only=("washout",))
+    assert [ranked.effect for ranked in found.ranking] == ["washout"]
+    with pytest.raises(InputError, match="--only stripeck: not a change that this log can show; use stribeck"):
+        diagnose_change(baseline, [logs["same"]], short_rig(), only=("stripeck",))
+
+
+def test_split_needs_log_on_both_sides(logs):
+    before, after = split_at(logs["same"], 90.0)
+    assert before.top_drive.time[-1] <= 90.0 and after.top_drive.time[0] == pytest.approx(0.0, abs=0.11)
+    for since in (10.0, 140.0, -5.0):
+        with pytest.raises(InputError, match=f"--since {since:g}: .* holds 150 s"):
+            split_at(logs["same"], since)
+
+
+def test_options_that_exclude_each_other(logs):
+    log = logs["same"]
+    for options, message in (
+        ({"baseline": log, "since": 90.0}, "give one of them"),
+        ({"since": 90.0, "until": 0.5}, "--until 0.5: not with"), ({"baseline": []}, "no baseline"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            diagnose(log, **options)
+    with pytest.raises(InputError, match="splits one log; 2 are given"):
+        diagnose([log, logs["worn"]], since=90.0)
+
+
+@pytest.mark.parametrize("text", ["soon", "nan", "inf", ""])
+def test_since_must_be_a_time(text):
+    with pytest.raises(InputError, match="must be a time in s"):
+        parse_since(text)
+
+
+def test_since_takes_seconds_or_auto():
+    assert [parse_since(text) for text in (None, "auto", "1200", "1.5e2")] == [None, "auto", 1200.0, 150.0]
+
+
+def test_rig_changes_multiply_calibrated_numbers():
+    values = {"pressure_gain": 1.1, "washout.loss": 0.1, "friction_1": 2.0, "friction_2": 3.0,
+              "friction_drift.rate": 1.0, "friction_change.share": 0.5}  # fmt: skip
+    changed = with_rig_changes(values)
+    assert changed == pytest.approx(
+        {"pressure_gain": 0.99, "friction_1": 3.0, "friction_2": 4.5, "friction_drift.rate": 1.0}
+    )
+    assert with_rig_changes({"friction_change.share": 0.2}) == pytest.approx({"friction_1": 1.2})
+
+
+def test_every_rig_change_is_a_candidate():
+    for change in RIG_CHANGES.values():
+        effect = change.candidate()
+        assert effect.parameters[0].nominal == 0.0 and change.phrase(0.1)[0].isupper()
+
+
+def test_moved_number_says_by_how_much():
+    share = moved_clause("pressure_gain", ChangedParameter(1.0, 0.95, (0.94, 0.96), "-"))
+    assert str(share) == "circulating pressure changed by -5 % [-6, -4]"
+    assert str(moved_clause("hook_load_offset", ChangedParameter(0.0, 8e3, None, "N"))).endswith("0 N to 8 kN")
+
+
+def test_operations_are_left_out():
+    time = np.arange(0.0, 400.0, 0.1)
+    lifted = np.where((time > 100.0) & (time < 120.0), -0.1, 0.003)
+    still = np.zeros_like(time)
+    calm = calm_times(Commands(time, still, still, np.cumsum(lifted) * 0.1, lifted, np.full_like(time, 10.0)))
+    assert calm[time < 90.0].all() and not calm[(time > 100.0) & (time < 175.0)].any() and calm[time > 185.0].all()
