@@ -28,7 +28,7 @@ PROGRAM = (sys.executable, "-m", "slider_drilling")
 def live(browser: Browser) -> None:
     """A slide into harder rock, as its live page shows it some minutes after the twin has seen the change."""
     command = [*PROGRAM, "run", "--live", "--twin", "--live-port", str(PORT), "--target", "45", "--speed", "max",
-               "--elements", "100", "--effect", HARDER]  # fmt: skip
+               "--elements", "40", "--effect", HARDER]  # fmt: skip
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         page = browser.new_page(viewport={"width": 1400, "height": 900})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from slider_drilling.messages.topics import GAP_DIAGNOSIS, TWIN_TOPICS
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
 from slider_drilling.rig import parse_rig
+from slider_drilling.twin import Detection
 
 OK = 0
 
@@ -164,6 +166,24 @@ def test_inactive_twin_takes_no_sample(make_twin):
     assert node.twin.report is None
     node.trigger_cleanup()
     assert node.twin is None
+    node.trigger_configure()
+    node.trigger_activate()
+    feed(node, 1000.0, 6.0)
+    assert node.twin.report is not None
+
+
+def test_diagnosis_is_published_when_it_changes(make_twin, heard, monkeypatch):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+    words: list[dict[str, object]] = []
+    monkeypatch.setattr(node._topics._diagnosis, "publish", lambda message: words.append(json.loads(message.data)))
+    change = Detection(1, 4.0, 2.0, (1.0, 3.0), "hook_load", "sensor", "step", 2.0, "hook load 8 kN higher")
+    for detections in ((), (change,), (change,), (replace(change, effects=("heave",), answered=5.0),)):
+        node._publish(replace(node.twin.report, detections=detections))
+    assert [[one["effects"] for one in word["detections"]] for word in words] == [[[]], [["heave"]]]
+    assert words[0]["detections"][0]["since"] == 1002.0, "s of the rig's clock"
+    node._report(0.0)
+    assert heard[-1]["sensor"].level is Level.OK, "statuses are those of the twin's own report"
 
 
 def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repository: Path):
