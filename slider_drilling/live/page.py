@@ -284,7 +284,7 @@ class _StatusLine:
 
 
 def _title(name: str, names: Sequence[str]) -> str:
-    """The subject of a status, with its node if another node has a status of the same subject."""
+    """The subject of a status, with its node if another node has one of the same subject, and if it is a twin's."""
     node, _, subject = name.partition(": ")
-    is_unique = sum(other.endswith(f": {subject}") for other in names) == 1
+    is_unique = sum(other.endswith(f": {subject}") for other in names) == 1 and node.rpartition("/")[2] != "twin"
     return (subject if subject and is_unique else f"{subject} ({node})" if subject else name).replace("_", " ")

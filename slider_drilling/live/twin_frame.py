@@ -42,7 +42,8 @@ def _gap_json(name: str, quick: float, gap: float, slow: float, threshold: float
     def share(value: float) -> float | None:
         return _finite(value / threshold) if threshold > 0.0 else None
 
-    shown = f"{_number(gap)} of {_number(threshold)}"
+    limit = f"of {threshold:.2f}" if math.isfinite(threshold) else "(no threshold yet)"
+    shown = f"{_number(gap)} {limit}"
     return {
         "name": name.replace("tool_face", "toolface").replace("_", " "),
         "share": share(gap),

@@ -144,7 +144,8 @@ def test_gaps_are_shares_of_their_threshold() -> None:
     twin.set_thresholds({"surface_torque": 1.2})
     torque, tool_face = twin_json(twin, 0.0)["gaps"]
     assert torque == {"name": "surface torque", "share": 1.5, "quick": 2.5, "slow": 0.5, "shown": "1.80 of 1.20"}
-    assert tool_face == {"name": "toolface", "share": None, "quick": None, "slow": None, "shown": "- of -"}
+    nothing = {"share": None, "quick": None, "slow": None, "shown": "- (no threshold yet)"}
+    assert tool_face == {"name": "toolface", **nothing}
 
 
 def test_trends_need_all_three_numbers() -> None:
@@ -220,3 +221,10 @@ def test_latched_load_check_is_not_released(state: LiveState) -> None:
     changes, remarks = proposed_changes(state)
     assert changes == []
     assert ["outside" in remarks[0], "would release the load check" in remarks[1]] == [True, True]
+
+
+def test_statuses_of_a_twin_name_it() -> None:
+    page = pytest.importorskip("slider_drilling.live.page", reason="no NiceGUI: pip install '.[live]'")
+    names = ["twin: bit", "twin: string", "rocking_controller: string", "recorder: log"]
+    shown = [page._title(name, names) for name in names]
+    assert shown == ["bit (twin)", "string (twin)", "string (rocking controller)", "log"]

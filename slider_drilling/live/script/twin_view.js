@@ -23,7 +23,7 @@ export function drawGaps(canvas, gaps) {
     for (const [share, dash] of [[gap.quick, [2, 2]], [gap.slow, []]]) {
       if (share !== null) line(pen, [[x(share), base - 3], [x(share), base + tall + 3]], c.text, 1.2, dash);
     }
-    line(pen, [[x(1), base - 4], [x(1), base + tall + 4]], c.threshold, 2.2);
+    if (gap.share !== null) line(pen, [[x(1), base - 4], [x(1), base + tall + 4]], c.threshold, 2.2);
   });
   text(pen, "▮ 60 s   ┆ 10 s   │ 300 s", left, height - 25, { size: 11, colour: c.faint });
   text(pen, "│ threshold", left, height - 9, { size: 11, colour: c.threshold });
