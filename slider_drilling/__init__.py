@@ -36,6 +36,9 @@ _MODULES = {
     "StudyResult": "api.study",
     "TestPlanResult": "api.plan_test",
     "TorqueDragResult": "api.torque_drag",
+    "Twin": "twin",
+    "TwinSettings": "twin",
+    "WatchResult": "api.watch",
     "activities": "api.activities",
     "analyse": "api.analyse",
     "batch": "api.batch",
@@ -53,6 +56,7 @@ _MODULES = {
     "simulate": "api.simulate",
     "study": "api.study",
     "torque_drag": "api.torque_drag",
+    "watch": "api.watch",
     "vector_env": "api.vector_env",
     "with_effect": "api.with_effect",
 }

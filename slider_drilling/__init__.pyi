@@ -27,6 +27,8 @@ from slider_drilling.api.torque_drag import TorqueDragResult as TorqueDragResult
 from slider_drilling.api.torque_drag import torque_drag as torque_drag
 from slider_drilling.api.vector_env import vector_env as vector_env
 from slider_drilling.api.with_effect import with_effect as with_effect
+from slider_drilling.api.watch import WatchResult as WatchResult
+from slider_drilling.api.watch import watch as watch
 from slider_drilling.control.interface import Measurements as Measurements
 from slider_drilling.control.interface import RigCommand as RigCommand
 from slider_drilling.drillstring import Commands as Commands
@@ -39,5 +41,7 @@ from slider_drilling.programmes import load_programme as load_programme
 from slider_drilling.rig import Rig as Rig
 from slider_drilling.rocking_design.plan import PlanOptions as PlanOptions
 from slider_drilling.test_planning.drilling_plan import PlanTestOptions as PlanTestOptions
+from slider_drilling.twin import Twin as Twin
+from slider_drilling.twin import TwinSettings as TwinSettings
 
 __version__: str

@@ -12,14 +12,18 @@ from slider_drilling.rig import Rig
 
 _MEMORY_S = 120.0
 _STILL = 0.02  # rad/s, of a drive that is parked
-_PARKED_S = 20.0  # without motion, after which a drive is parked
-_TURNING_S = 45.0  # in one direction, after which a drive turns
+_PARKED_S = 8.0  # without motion, after which a drive is parked
+_TURNING_S, _TURNING_SHARE = 12.0, 0.7  # in one direction, and of the rocking period, after which a drive turns
+_CENTRE_S, _CENTRE_SHIFT = 30.0, 5.0  # s, and rad by which the centre of the rocking moves in it: steering
 _SETTLING_S = 60.0  # after a change of what the rig does
+_STEERING_S = 30.0  # after it
 _FLOW_CHANGE = 0.02  # of the flow
 _PUMP_ON = 0.3  # of the reference flow
 _LIFTED_M = 0.05  # by which a block that goes up picks up
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _DEFAULT_WINDOW_S = 20.0
+_LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
+_STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Activity:
         why: In words, where it has not.
         period: s, of the rocking; of other work a stretch to average over.
         changes: How often the work has changed.
+        valid_until: s; what was seen after it, up to now, belongs to no settled work although it looked so then.
     """
 
     mode: str
@@ -39,6 +44,7 @@ class Activity:
     why: str
     period: float
     changes: int
+    valid_until: float
 
 
 class ActivityMonitor:
@@ -59,6 +65,12 @@ class ActivityMonitor:
         self._unsettled_until: float | None = None
         self._mode = ""
         self._changes = 0
+        self._last_period, self._steered_until = _DEFAULT_WINDOW_S, -np.inf
+        self._angles: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
+        self._centres: deque[float] = deque(maxlen=round(_CENTRE_S))
+        self._valid_until = np.inf
+        self._loads: deque[float] = deque(maxlen=_LOAD_MEMORY_S)
+        self._on_bottom_since = -np.inf
 
     def update(self, commands: Commands, weight_on_bit: float) -> Activity:
         """Take the drives' motion of the last second and the plant's weight on bit then, N."""
@@ -66,17 +78,23 @@ class ActivityMonitor:
         if self._unsettled_until is None:
             self._unsettled_until = now + _SETTLING_S
             self._moved_at = self._turned_since = float(commands.time[0])
+        self._valid_until = np.inf
         self._follow_drive(commands)
         self._follow_pump(commands, now)
         self._follow_block(commands, now)
         mode = self._present_mode(commands, weight_on_bit, now)
+        self._follow_load(weight_on_bit, now)
         if mode != self._mode:
             self._disturbed(now, f"the rig is {mode}" if "off" not in mode else mode)
+            if mode in ("parked", "turning"):
+                self._valid_until = self._moved_at if mode == "parked" else self._turned_since
             self._mode = mode
+        self._follow_centre(commands, now)
         idle = mode in ("off bottom", "pump off")
-        settled = not idle and now >= self._unsettled_until
-        why = "" if settled else mode if idle else self._unsettled
-        return Activity(mode, settled, why, self._period(), self._changes)
+        steered = now < self._steered_until
+        settled = not idle and not steered and now >= self._unsettled_until
+        why = "" if settled else mode if idle else "the centre of the rocking moves" if steered else self._unsettled
+        return Activity(mode, settled, why, self._period(), self._changes, self._valid_until)
 
     def _disturbed(self, now: float, why: str) -> None:
         assert self._unsettled_until is not None
@@ -97,6 +115,15 @@ class ActivityMonitor:
         while self._reversals and self._reversals[0] < commands.time[-1] - _MEMORY_S:
             self._reversals.popleft()
 
+    def _follow_centre(self, commands: Commands, now: float) -> None:
+        """Notice steering: the mean angle of a rocking period moves."""
+        self._angles.append(float(np.mean(commands.top_drive_angle)))
+        recent = list(self._angles)[-max(round(self._last_period), 1) :]
+        centre = float(np.mean(recent))
+        if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
+            self._steered_until = now + _STEERING_S
+        self._centres.append(centre)
+
     def _follow_pump(self, commands: Commands, now: float) -> None:
         share = float(np.mean(commands.pump_speed)) * self._rig.mud_pump.displacement
         share /= self._rig.hydraulics.reference_flow
@@ -112,6 +139,18 @@ class ActivityMonitor:
             self._highest = block
         self._highest = max(self._highest, block)
 
+    def _follow_load(self, weight_on_bit: float, now: float) -> None:
+        """Wait until the bit is loaded after it came on bottom."""
+        if weight_on_bit <= 0.0:
+            self._on_bottom_since = now
+        self._loads.append(weight_on_bit)
+        if now - self._on_bottom_since < _LOADING_S:
+            half = len(self._loads) // 2
+            loads = np.array(self._loads)
+            steady = half and abs(np.mean(loads[:half]) - np.mean(loads[half:])) < _STEADY_LOAD * np.mean(loads)
+            if not steady or half < _LOAD_MEMORY_S // 2:
+                self._disturbed(now, "the bit is being loaded")
+
     def _present_mode(self, commands: Commands, weight_on_bit: float, now: float) -> str:
         if self._flow is not None and self._flow < _PUMP_ON:
             return "pump off"
@@ -119,7 +158,7 @@ class ActivityMonitor:
             return "off bottom"
         if now - self._moved_at > _PARKED_S:
             return "parked"
-        if now - self._turned_since > _TURNING_S:
+        if now - self._turned_since > max(_TURNING_S, _TURNING_SHARE * self._last_period):
             return "turning"
         return "rocking"
 
@@ -128,4 +167,5 @@ class ActivityMonitor:
             return _DEFAULT_WINDOW_S
         strokes = np.diff(np.array(self._reversals))
         period = 2.0 * float(np.median(strokes[strokes > 1.0])) if (strokes > 1.0).any() else _DEFAULT_WINDOW_S
-        return float(np.clip(period, *_PERIODS_S))
+        self._last_period = float(np.clip(period, *_PERIODS_S))
+        return self._last_period

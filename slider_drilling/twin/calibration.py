@@ -13,9 +13,11 @@ from slider_drilling.twin.report import Trend
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.tracked import TrackedParameter
 
-_REPEATED = 30.0  # samples in a row that the model's own error shares: it does not average out as noise does
+_REPEATED = 100.0  # samples in a row that the model's own error shares: it does not average out as noise does
 _NORMAL_95 = 1.96
-_SMOOTH_S = 300.0  # memory of the lack of fit
+_SMOOTH_S = 100.0  # memory of the lack of fit
+_FIRST_MISFIT = 4.0  # noise variances: lack of fit before anything is known of it
+_OUTLYING = 4.0  # times the usual square, from which a second is an outlier
 
 
 class RecursiveCalibration:
@@ -39,7 +41,7 @@ class RecursiveCalibration:
         self._precision = np.array([1.0 / parameter.spread**2 for parameter in parameters])
         self._information = np.zeros((len(parameters), len(parameters)))
         self._score = np.zeros(len(parameters))
-        self._misfit = 1.0
+        self._misfit = dict.fromkeys(SURFACE, _FIRST_MISFIT)
         self._solve()
 
     def add(self, followed: Followed, measured: Mapping[str, Array]) -> None:
@@ -48,32 +50,32 @@ class RecursiveCalibration:
         kept = math.exp(-followed.time.size * interval / self._memory)
         self._information *= kept
         self._score *= kept
-        squares, count = 0.0, 0
+        share = 1.0 - math.exp(-followed.time.size * interval / _SMOOTH_S)
         for row, name in enumerate(COMPARED):
             known = np.isfinite(measured[name]) if name in SURFACE else np.zeros(followed.time.size, dtype=bool)
             if not known.any():
                 continue
             slopes = followed.sensitivity[known, row] / self._noise[name]
             innovation = (measured[name] - followed.channels[:, row])[known] / self._noise[name]
-            self._information += slopes.T @ slopes / _REPEATED
-            self._score += slopes.T @ (innovation + slopes @ followed.centre) / _REPEATED
             left = innovation - slopes @ (self.values - followed.centre)
-            squares, count = squares + float(left @ left), count + left.size
-        if count:
-            share = 1.0 - math.exp(-followed.time.size * interval / _SMOOTH_S)
-            self._misfit += share * (squares / count - self._misfit)
+            # A channel that fits badly counts less, and a second that fits much worse than others hardly at all.
+            square, usual = float(np.mean(left**2)), self._misfit[name]
+            weight = 1.0 / (_REPEATED * usual * max(square / (_OUTLYING * usual), 1.0))
+            self._information += weight * (slopes.T @ slopes)
+            self._score += weight * (slopes.T @ (innovation + slopes @ followed.centre))
+            self._misfit[name] += share * (max(min(square, _OUTLYING * usual), 1.0) - usual)
         self._solve()
 
     def start_from(self, other: RecursiveCalibration) -> None:
         """Go on with what another calibration has learnt."""
         self._information, self._score = other._information.copy(), other._score.copy()
-        self._misfit = other._misfit
+        self._misfit = dict(other._misfit)
         self._solve()
 
     def trend(self, weights: Array, unit: str = "-") -> Trend:
         """A combination of parameters, weights (p,), with its 95 % interval."""
         value = float(weights @ self.values)
-        half = _NORMAL_95 * math.sqrt(float(weights @ self.covariance @ weights) * max(self._misfit, 1.0))
+        half = _NORMAL_95 * math.sqrt(float(weights @ self.covariance @ weights))
         return Trend(value, value - half, value + half, unit)
 
     def _solve(self) -> None:

@@ -18,6 +18,7 @@ from slider_drilling.twin.samples import Array
 _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
 _PRIOR_FREEDOM = 20.0  # samples that the population's size of the wander counts as
 _LATEST_S = 5.0  # before now, until when a change can have begun
+_RECENT_S = 180.0
 _MIN_BEFORE = 8  # values before a change
 
 
@@ -82,7 +83,7 @@ def likeliest_change(
         return None
     factor = np.linalg.cholesky(_covariance(time, work, window, sensitivity, covariance, wander))
     white = solve_triangular(factor, value, lower=True)
-    candidates = time[_MIN_BEFORE:][time[_MIN_BEFORE:] <= time[-1] - _LATEST_S]
+    candidates = _candidates(time)
     if not candidates.size:
         return None
     shapes = np.concatenate([_steps(time, window, candidates), _ramps(time, window, candidates)], axis=1)
@@ -98,6 +99,13 @@ def likeliest_change(
         float(evidence[best]), float(begins[best]), _interval(begins, evidence), _kind(best, candidates.size),
         float(size[best] * shapes[-1, best]),
     )  # fmt: skip
+
+
+def _candidates(time: Array) -> Array:
+    """Times at which a change may have begun: all of the last minutes, every third of those before."""
+    possible = time[_MIN_BEFORE:][time[_MIN_BEFORE:] <= time[-1] - _LATEST_S]
+    recent = possible >= time[-1] - _RECENT_S
+    return np.concatenate([possible[~recent][::3], possible[recent]])
 
 
 def _kind(index: int, candidates: int) -> str:

@@ -58,7 +58,7 @@ class Comparison:
         interval = float(grid[1] - grid[0])
         return np.where(away <= _NEAR * interval, np.interp(grid, time, value), np.nan)
 
-    def update(self, history: History, values: Array, now: float, judged: bool) -> list[tuple[float, float]]:
+    def update(self, history: History, values: Array, now: float, judged: bool) -> None:
         """Take what has come in.
 
         Args:
@@ -66,9 +66,6 @@ class Comparison:
             values: (p,) calibrated values.
             now: s.
             judged: Whether the rig does what it usually does, so that its gaps say what is usual.
-
-        Returns:
-            Differences of the toolface that are new: time s, and rad.
         """
         end = now - self._delay
         found = history.window(end - 1.0 + 1e-6, end + 1e-6)
@@ -77,13 +74,12 @@ class Comparison:
                 row = list(COMPARED).index(name)
                 innovation = self.measured(name, found.time) - found.at(values)[:, row]
                 self.gaps[name].add(end, innovation)
-        fresh = self._new_tool_faces(history, values, now)
+        self._take_tool_faces(history, values, now)
         if judged:
             for name in COMPARED:
                 gap = self.gaps[name].over(WINDOWS_S[1], now)
                 if math.isfinite(gap):
                     self._usual[name].append(gap)
-        return fresh
 
     def state(self, name: str, expected: float, now: float) -> ChannelState:
         """The state of a channel; expected: its value in the twin now."""
@@ -99,10 +95,10 @@ class Comparison:
         usual = self._usual[name]
         return float(np.quantile(np.array(usual), _QUANTILE)) if len(usual) >= _MIN_GAPS else math.nan
 
-    def _new_tool_faces(self, history: History, values: Array, now: float) -> list[tuple[float, float]]:
+    def _take_tool_faces(self, history: History, values: Array, now: float) -> None:
         time, value = self._buffers["tool_face"].window(self._tool_face_until + 1e-9, now + 1e-9)
         if not time.size:
-            return []
+            return
         self._tool_face_until = float(time[-1])
         difference = wrapped(value - history.at("tool_face", time, values))
         known = np.isfinite(difference)
@@ -110,7 +106,6 @@ class Comparison:
             if self._differences:
                 self.gaps["tool_face"].add(float(at), wrapped(np.array([each - self.tool_face_offset])))
             self._differences.append(float(each))
-        return list(zip(time[known].tolist(), difference[known].tolist(), strict=True))
 
 
 def wrapped(angle: Array) -> Array:

@@ -54,7 +54,7 @@ class ChangeDetector:
         self._series: dict[tuple[str, str], deque[_Value]] = {}
 
     def add(self, time: float, activity: Activity, found: Sequence[Feature], window: float | None = None) -> None:
-        """Take the features of a window that ends at `time`, s; of work that is not settled nothing is taken.
+        """Take the features of a window that ends at `time`, s; nothing is taken while the work is not settled.
 
         Args:
             time: s.
@@ -62,6 +62,9 @@ class ChangeDetector:
             found: The features.
             window: s over which they were taken; None for the rocking period.
         """
+        for series in self._series.values():
+            while series and series[-1].time > activity.valid_until:
+                series.pop()
         if not activity.settled:
             return
         width = activity.period if window is None else window

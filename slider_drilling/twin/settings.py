@@ -26,7 +26,7 @@ class TwinSettings:
     interval: float = 0.1
     observer_gain: float = 0.3
     patience: float = 2.0
-    learning: float = 240.0
+    learning: float = 180.0
     forecast: float = 60.0
     forecast_every: float = 10.0
     kept: float = 3600.0

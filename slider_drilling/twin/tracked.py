@@ -42,6 +42,8 @@ def tracked_parameters(rig: Rig) -> tuple[TrackedParameter, ...]:
         TrackedParameter("bit_stiffness", 1.0, 0.05, 0.2, 0.4, 2.5),
         TrackedParameter("motor_gain", 1.0, 0.02, 0.05, 0.7, 1.3),
         TrackedParameter("pressure_gain", 1.0, 0.005, 0.05, 0.7, 1.3),
+        # What friction below the rocked part holds of a twist from before shows as a constant torque.
+        TrackedParameter("torque_offset", 0.0, 0.0, 600.0, -1e4, 1e4, "surface_torque"),
         TrackedParameter("hook_load_offset", 0.0, 0.0, 1.5e4, -5e5, 5e5, "hook_load"),
         TrackedParameter("sheave_friction", 0.0, 0.0, 4e3, -1e3, 4e4, "hook_load"),
     )

@@ -185,8 +185,8 @@ class Twin:
             self._detector = ChangeDetector(learner.covariance)
         now = float(grid[-1])
         judged = learner.learnt and activity.settled
-        fresh = self._comparison.update(self._history, learner.values, now, judged)
-        self._look_for_changes(activity, now, fresh)
+        self._comparison.update(self._history, learner.values, now, judged)
+        self._look_for_changes(activity, now)
         self._diagnoser.update(now)
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
@@ -206,16 +206,12 @@ class Twin:
         follower.move_centre(values)
         return follower
 
-    def _look_for_changes(self, activity: Activity, now: float, fresh: list[tuple[float, float]]) -> None:
+    def _look_for_changes(self, activity: Activity, now: float) -> None:
         """Take the features of this second, test a part of them, and turn alarms into detections."""
         learner, detector = self._learner, self._detector
         if learner is None or detector is None:
             return
-        for time, difference in fresh:
-            value = difference / self._noise["tool_face"]
-            feature = Feature("tool_face", "mean", value, np.zeros(len(self._parameters)))
-            detector.add(time, activity, [feature], window=1.0)
-        if self._seconds % _FEATURES_EVERY == 0:
+        if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
             detector.add(now, activity, self._features(activity.period, now, learner.fixed))
         for channel, kind in detector.watched()[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
             alarm = detector.test(channel, kind)

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.rig import load_rig
+from slider_drilling.twin.activity import ActivityMonitor
+
+
+def _run(rig, speed, seconds, pump=1.0, block_speed=0.0, weight=5e4):
+    """Activities, one a second; each of the last five may be a function of the time in s."""
+    monitor, found, angle, block = ActivityMonitor(rig), [], 0.0, 0.0
+    reference = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    for second in range(seconds):
+        time = second + 0.1 * np.arange(10)
+        speeds = np.array([speed(t) for t in time])
+        angles = angle + np.cumsum(speeds) * 0.1
+        lowered = block_speed(second) if callable(block_speed) else block_speed
+        blocks = block + lowered * 0.1 * np.arange(1, 11)
+        angle, block = float(angles[-1]), float(blocks[-1])
+        flow = reference * (pump(second) if callable(pump) else pump)
+        commands = Commands(time, angles, speeds, blocks, np.full(10, lowered), np.full(10, flow))
+        found.append(monitor.update(commands, weight(second) if callable(weight) else weight))
+    return found
+
+
+@pytest.fixture(scope="module")
+def rig(request):
+    return load_rig(request.config.rootpath / "config" / "rig.example.yaml")
+
+
+def _rocking(time):
+    return 5.0 * np.sign(np.sin(2.0 * np.pi * time / 8.0))
+
+
+def test_rocking_settles_and_shows_its_period(rig):
+    found = _run(rig, _rocking, 200)
+    assert not found[30].settled
+    assert found[-1].mode == "rocking" and found[-1].settled
+    assert found[-1].period == pytest.approx(8.0, abs=0.3)
+
+
+def test_parked_drive_takes_back_what_it_showed(rig):
+    found = _run(rig, lambda t: _rocking(t) if t < 160.0 else 0.0, 260)
+    parked = next(index for index, activity in enumerate(found) if activity.mode == "parked")
+    assert 165 <= parked <= 172
+    assert found[parked].valid_until == pytest.approx(160.0, abs=0.2)
+    assert not found[parked + 10].settled and found[-1].settled
+    assert found[-1].changes > found[150].changes
+
+
+def test_steady_rotation_is_turning(rig):
+    found = _run(rig, lambda t: _rocking(t) if t < 160.0 else 6.0, 200)
+    assert found[-1].mode == "turning"
+    assert not found[-1].settled
+
+
+def test_flow_step_unsettles_for_a_minute(rig):
+    found = _run(rig, _rocking, 320, pump=lambda s: 1.0 if s < 200 else 0.9)
+    assert found[198].settled
+    assert not found[201].settled and found[201].why == "the flow has changed"
+    assert found[275].settled
+
+
+def test_pick_up_unsettles(rig):
+    found = _run(rig, _rocking, 240, block_speed=lambda s: 0.002 if s < 200 else -0.05)
+    assert found[198].settled and found[205].why == "the string was picked up"
+
+
+@pytest.mark.parametrize(("changes", "mode"), [({"pump": 0.0}, "pump off"), ({"weight": 0.0}, "off bottom")])
+def test_nothing_is_judged_off_bottom(rig, changes, mode):
+    found = _run(rig, _rocking, 200, **changes)
+    assert found[-1].mode == mode and not found[-1].settled
+
+
+def test_steering_unsettles_until_it_is_over(rig):
+    found = _run(rig, lambda t: _rocking(t) + (0.4 if 200.0 < t < 240.0 else 0.0), 330)
+    assert found[198].settled
+    assert any(activity.why == "the centre of the rocking moves" for activity in found[210:260])
+    assert found[-1].settled

@@ -1,0 +1,68 @@
+import os
+import time
+
+import pytest
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog
+from slider_drilling.rig import load_rig
+from slider_drilling.twin.background import BackgroundDiagnosis, Question
+
+_LOG = RigLog("test", 0)
+
+
+def answer_at_once(before, after, rig, since):
+    return {"verdict": "effect", "effects": ["heave"], "since": since, "process": os.getpid()}
+
+
+def refuse(before, after, rig, since):
+    raise InputError("too short:\ngive more")
+
+
+def sleep_long(before, after, rig, since):
+    time.sleep(600.0)
+    return {}
+
+
+def _ask(question, rig):
+    background = BackgroundDiagnosis()
+    background.start(Question(question, _LOG, _LOG, rig, 3.0))
+    return background
+
+
+def _await(background):
+    answer = None
+    until = time.monotonic() + 120.0
+    while background.running and time.monotonic() < until:
+        answer = background.poll()
+        time.sleep(0.02)
+    return answer
+
+
+@pytest.fixture(scope="module")
+def rig(request):
+    return load_rig(request.config.rootpath / "config" / "rig.short.yaml")
+
+
+def test_answer_comes_from_another_process(rig):
+    background = _ask(answer_at_once, rig)
+    answer = _await(background)
+    background.close()
+    assert answer["effects"] == ["heave"] and answer["since"] == 3.0
+    assert answer["process"] != os.getpid()
+    assert background.error is None
+
+
+def test_refusal_is_told_in_one_line(rig):
+    background = _ask(refuse, rig)
+    assert _await(background) is None
+    background.close()
+    assert background.error == "too short: give more"
+
+
+def test_closing_does_not_wait_for_answer(rig):
+    background = _ask(sleep_long, rig)
+    began = time.monotonic()
+    assert background.poll() is None and background.running
+    background.close()
+    assert time.monotonic() - began < 5.0 and not background.running
