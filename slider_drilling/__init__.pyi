@@ -26,9 +26,9 @@ from slider_drilling.api.study import study as study
 from slider_drilling.api.torque_drag import TorqueDragResult as TorqueDragResult
 from slider_drilling.api.torque_drag import torque_drag as torque_drag
 from slider_drilling.api.vector_env import vector_env as vector_env
-from slider_drilling.api.with_effect import with_effect as with_effect
 from slider_drilling.api.watch import WatchResult as WatchResult
 from slider_drilling.api.watch import watch as watch
+from slider_drilling.api.with_effect import with_effect as with_effect
 from slider_drilling.control.interface import Measurements as Measurements
 from slider_drilling.control.interface import RigCommand as RigCommand
 from slider_drilling.drillstring import Commands as Commands
