@@ -84,7 +84,7 @@ def check_rounds(
     """Diagnose, plan, record and diagnose again, for cases whose first logs are sealed in a folder.
 
     Args:
-        cases: The cases.
+        cases: The cases; of the true effects alone, only those with effects of the catalogue.
         rig: Rig file that they were drawn from.
         folder: Folder that `seal` filled; it gets the further logs and programmes.
         request: How rounds are run.
@@ -94,7 +94,10 @@ def check_rounds(
         The scores of every case and arm that came to an end, and the outcome of each stage.
     """
     work = _Rounds(rig, folder, request, run)
-    return work.results([case for case in cases if (folder / LOGS / f"{case.file_stem()}.mcap").is_file()]), work.stages
+    made = [case for case in cases if (folder / LOGS / f"{case.file_stem()}.mcap").is_file()]
+    if request.true_effects_only:
+        made = [case for case in made if case.kind in ("single", "two")]
+    return work.results(made), work.stages
 
 
 class _Rounds:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.build_model import build_model, model_without_logs
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
@@ -19,6 +19,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.explain import explain
 from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.results.next_manoeuvre import recommend_first_run
 from slider_drilling.gap.results.whole_runs import simulate_whole_runs
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import check_log
@@ -30,6 +31,7 @@ MIN_SAMPLES = 20  # of each log that is fitted
 _TWISTED = 0.1
 # rad: a second start of the calibration where the twist of the string at the start is unknown.
 _OTHER_TWIST = -4.0
+_TEST_S = 240.0  # of a test that is asked for where no log tells anything
 _MISSING_CHANNELS = {
     "hook_load": "hook load (effort of draw_works/joint_states) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and formation changes",
@@ -75,7 +77,9 @@ def diagnose(
     idle = [checked.messages("uninformative") for checked in checks]
     remarks = _remarks_before_fit(diagnosis)
     if all(idle):
-        return replace(diagnosis, remarks=(*remarks, *(text for texts in idle for text in texts)))
+        asked = recommend_first_run(model_without_logs(rig, _TEST_S), "the log excites the rig too little", seed)
+        told = (*remarks, *(text for texts in idle for text in texts))
+        return replace(diagnosis, remarks=told, next_manoeuvre=asked)
     prepared = build_model([checked.log for checked in checks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from slider_drilling.gap.experiment_design.criterion import Prospect, Separation
-from slider_drilling.gap.experiment_design.knowledge import after_logs
+from slider_drilling.gap.experiment_design.knowledge import after_logs, before_any_log
 from slider_drilling.gap.experiment_design.plan import TestPlan, plan_run
-from slider_drilling.gap.model import Effect, HasProgrammes, Manoeuvre
+from slider_drilling.gap.model import Effect, HasProgrammes, Manoeuvre, Model
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import SearchState
 
@@ -58,6 +58,24 @@ def recommend_manoeuvre(
     try:
         programmes = model.programmes(model.programme_duration)
         plan = plan_run(knowledge, programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
+    except ValueError:
+        return None
+    return recommendation(plan, reason)
+
+
+def recommend_first_run(model: Model, reason: str, seed: int = 0) -> RecommendedManoeuvre | None:
+    """Plan a run where the logs so far tell nothing; None as for `recommend_manoeuvre`.
+
+    Args:
+        model: The model; its logs are not used.
+        reason: Why they tell nothing.
+        seed: Of the plan.
+    """
+    if not isinstance(model, HasProgrammes):
+        return None
+    programmes = model.programmes(model.programme_duration)
+    try:
+        plan = plan_run(before_any_log(model), programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
     except ValueError:
         return None
     return recommendation(plan, reason)
