@@ -11,7 +11,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 
 from slider_drilling.control.controller_loader import (
     DEFAULT_CONTROLLER,
@@ -24,11 +23,11 @@ from slider_drilling.control.controller_loader import (
 )
 from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
-from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import DIAGNOSTICS, DRIVES_COMMAND, JOINT_STATE, TOPICS, Topic
+from slider_drilling.messages.topics import DIAGNOSTICS, JOINT_STATE, TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
+from slider_drilling.nodes.command_publishers import CommandPublishers
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, read_statuses
 from slider_drilling.nodes.joint_names import JOINT_NAMES, named
@@ -46,7 +45,6 @@ from slider_drilling.nodes.watchdog import Watchdog
 from slider_drilling.programmes.progress import ProgrammeProgress
 
 DRIVES = ("mud_pump", "draw_works", "top_drive")  # channels; the top drive's reading completes a sample
-COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
 SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
@@ -102,8 +100,7 @@ class RockingController(ManagedNode):
         self._reported_silence = 0.0  # s of wall time
         self._is_silence_logged = False
         self._subscribe()
-        # Made once the rig's topics are connected: a simulator in lockstep starts when it sees them.
-        self._command_publishers: list[Publisher] = []
+        self._commands = CommandPublishers(self, self.values)
         steady_timer(self, WATCH_PERIOD, self._on_timer)
         reset_service(self, self._reset)
         trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
@@ -138,7 +135,7 @@ class RockingController(ManagedNode):
         last = self._inbox.last_reading
         angle, speed = (math.nan, math.nan) if last is None else (last.position, last.velocity)
         self._command = safe_stop(self._command, angle, speed, self._rig.top_drive.max_acceleration)
-        self._publish_command(self._stamp_ns or self._sample_ns, self._command)
+        self._commands.publish(self._stamp_ns or self._sample_ns, self._command)
 
     def cleanup(self) -> None:
         """Undeclare the controller's settings."""
@@ -170,12 +167,6 @@ class RockingController(ManagedNode):
     def settings(self) -> Any:
         """The controller's settings; None if it has none."""
         return settings_of(self._controller)
-
-    def make_command_publishers(self) -> None:
-        """Announce the commands, the top drive's last: a simulator that waits for it then knows the others."""
-        if not self._command_publishers:
-            topics = (DRIVES_COMMAND,) if self.values["atomic_command"] else COMMANDS
-            self._command_publishers = [raw_topics.publisher(self, topic) for topic in topics]
 
     def _publish_target(self, stamp_ns: int) -> None:
         """Publish the toolface that is held; a programme holds none between its slides."""
@@ -267,7 +258,7 @@ class RockingController(ManagedNode):
         if channel == "top_drive":
             if reading == self._inbox.last_reading and self._command is not None:
                 # The simulator sends a sample again if the answer was lost. A second step would be one too many.
-                self._publish_command(reading.stamp_ns, self._command)
+                self._commands.publish(reading.stamp_ns, self._command)
                 return
             self._reset_if_clock_went_back(reading.stamp_ns)
             self._sample_ns = reading.stamp_ns
@@ -322,30 +313,16 @@ class RockingController(ManagedNode):
         if self._diagnostics.is_due(stamp_ns):
             self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
             self._publish_target(stamp_ns)
-        self._publish_command(stamp_ns, command)
+        self._commands.publish(stamp_ns, command)
         if self._programme.ends_node(measurements.time):
             self.shutdown_request.stop()
-
-    def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
-        self.make_command_publishers()
-        angle = float(command.top_drive_angle)
-        if self.values["atomic_command"]:
-            positions = (angle, math.nan, math.nan)
-            speeds = (float(command.top_drive_speed), float(command.block_speed), float(command.pump_speed))
-            names = tuple(self.values[parameter.name] for parameter in JOINT_NAMES)
-            self._command_publishers[0].publish(cdr.encode_joint_states(stamp_ns, names, positions, speeds))
-            return
-        numbers = ((None, command.pump_speed), (None, command.block_speed), (angle, command.top_drive_speed))
-        for topic, publisher, (position, velocity) in zip(COMMANDS, self._command_publishers, numbers, strict=True):
-            joint = named(topic, self.values).joint
-            publisher.publish(cdr.encode_joint_state(stamp_ns, joint, position, float(velocity)))
 
     def _on_timer(self) -> None:
         """Connect to the rig; then watch for its silence."""
         is_catching_up = self._watchdog.tick()
         if not self.is_active or self.shutdown_request.requested:
             return
-        if not self._command_publishers and not self._connect():
+        if not self._commands.are_made and not self._connect():
             return
         if self._sample_ns is None:
             self._report("waiting for the rig: all its topics have a publisher, but no sample of top_drive comes")
@@ -358,7 +335,7 @@ class RockingController(ManagedNode):
         if missing:
             self._report(f"waiting for a rig: nobody publishes {', '.join(missing)}")
             return False
-        self.make_command_publishers()
+        self._commands.make()
         return True
 
     def _watch(self, sample_ns: int) -> None:

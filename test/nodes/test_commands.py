@@ -113,7 +113,7 @@ def test_all_joints_may_come_in_one_message(make):
     joints = raw_topics.publisher(controller, Topic("joint_states", JOINT_STATE))
     pressure = raw_topics.publisher(controller, TOPICS["standpipe_pressure"])
     mwd = raw_topics.publisher(controller, TOPICS["mwd_tool_face"])
-    turn([controller], lambda: bool(controller._command_publishers))
+    turn([controller], lambda: controller._commands.are_made)
     pressure.publish(cdr.encode_fluid_pressure(0, 1.8e7, 0.0))
     names = ("pump_1", "quill", "other", "travelling_block")
     joints.publish(cdr.encode_joint_states(0, names, (0.0, 1.5, 9.0, 2.5), (12.0, 0.5, 9.0, 0.01)))

@@ -123,7 +123,7 @@ def test_stamps_a_day_off_are_said_again_and_again(make, monkeypatch, capfd):
     monkeypatch.setattr(rocking_controller, "REPORT_PERIOD", 0.2)
     controller = make(RockingController, use_sim_time=False)
     rig = {name: raw_topics.publisher(controller, TOPICS[name]) for name in RIG}
-    turn([controller], lambda: bool(controller._command_publishers))
+    turn([controller], lambda: controller._commands.are_made)
     begins = time.monotonic()
     for k in range(12):
         stamp = time.time_ns() - 86_400 * 10**9

@@ -105,7 +105,7 @@ def test_reference_page_lists_parameters_services_and_topics(node, repository):
     if isinstance(node, recorder.Recorder):
         node.subscribe_to_top_drive()
     if isinstance(node, rocking_controller.RockingController):
-        node.make_command_publishers()
+        node._commands.make()
         settings = rows(page, "Settings of SlideController")
         check_parameters(settings, settings_parameters(node.settings))
     topics = {
@@ -140,7 +140,7 @@ def test_security_policy_allows_exactly_the_nodes_interfaces(node, repository):
     if isinstance(node, recorder.Recorder):
         node.subscribe_to_top_drive()
     if isinstance(node, rocking_controller.RockingController):
-        node.make_command_publishers()
+        node._commands.make()
     timed = set() if name in ("friction_simulator", "opcua_bridge") else {"/clock"}  # use_sim_time
     assert allowed("topic", "publish") == topics(node.get_publisher_names_and_types_by_node(name, "/"))
     assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
