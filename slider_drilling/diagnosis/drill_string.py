@@ -248,8 +248,8 @@ class DrillString:
         )[0]  # fmt: skip
 
 
-# m/s of block speed, below which the friction of the sheaves is not fully turned round. A choice, for which no published
-# number was found: a fifth of the speed of lowering at 9 m/h, so that a block that drills has all of it.
+# m/s of block speed, below which the friction of the sheaves is not fully turned round. A choice, for which no number
+# was found in print: a fifth of the speed of lowering at 9 m/h, so that a block that drills has all of it.
 SHEAVE_REVERSAL_SPEED = 5e-4
 
 
