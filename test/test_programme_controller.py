@@ -121,13 +121,19 @@ _LIMITS = st.builds(StepLimits, right_torque=st.floats(4e3, 25e3), left_torque=s
                     weight_on_bit=st.floats(30e3, 200e3), pressure=st.floats(205e5, 240e5))  # fmt: skip
 
 
+def rig_of(seed: int, foreign: bool) -> VirtualRig:
+    """The reference rig, or one of foreign structure."""
+    structure = draw_structure(np.random.default_rng(seed))
+    return ForeignRig(RIG, structure, seed, ELEMENTS) if foreign else VirtualRig(RIG, seed, ELEMENTS)
+
+
 @settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(st.lists(_ACTIONS, min_size=3, max_size=7), _LIMITS, st.floats(1.0, 15.0), st.integers(0, 1000))
-def test_no_limit_is_exceeded_on_foreign_rigs(
-    actions: list[object], limits: StepLimits, acceleration: float, seed: int
+@given(st.lists(_ACTIONS, min_size=3, max_size=7), _LIMITS, st.floats(1.0, 15.0), st.integers(0, 1000), st.booleans())
+def test_no_limit_is_exceeded_by_random_programmes(
+    actions: list[object], limits: StepLimits, acceleration: float, seed: int, foreign: bool
 ) -> None:
     programme = dataclasses.replace(of(*actions), limits=limits, drive_acceleration=acceleration)
-    rig = ForeignRig(RIG, draw_structure(np.random.default_rng(seed)), seed, ELEMENTS)
+    rig = rig_of(seed, foreign)
     try:
         result = run(programme, rig)
     except InputError:
@@ -138,6 +144,21 @@ def test_no_limit_is_exceeded_on_foreign_rigs(
     assert max(-sample.surface_torque for sample in result.truth) <= kept.left_torque
     assert result.highest("weight_on_bit") <= kept.weight_on_bit
     assert result.highest("standpipe_pressure") <= kept.pressure
+
+
+@pytest.mark.slow
+def test_slide_keeps_its_limits_on_a_foreign_rig() -> None:
+    tolerance, target = math.radians(20.0), 0.7
+    limits = StepLimits(15e3, 9e3, 120e3, 208e5, tolerance)
+    result = run(dataclasses.replace(of(Slide(target, time=60.0)), limits=limits), rig_of(3, foreign=True), 1500.0)
+    (record,) = result.controller.progress().records
+    assert record.outcome == "done" and record.tool_face_set is not None and record.tool_face_left is not None
+    held = [truth for truth in result.truth if record.tool_face_set <= truth.time <= record.tool_face_left]
+    assert max(abs(math.remainder(truth.tool_face - target, 2.0 * math.pi)) for truth in held) <= tolerance
+    assert result.highest("surface_torque") <= 15e3
+    assert max(-sample.surface_torque for sample in result.truth) <= 9e3
+    assert result.highest("weight_on_bit") <= 120e3
+    assert result.highest("standpipe_pressure") <= 208e5
 
 
 def test_torque_limit_stops_the_drive() -> None:
