@@ -98,9 +98,9 @@ class TableLines:
         self._detections[detection.number] = detection
         low, high = detection.interval
         if before is None or (before.kind, before.channel) != (detection.kind, detection.channel):
-            self._line(f"CHANGE {detection.number} detected at {detection.detected:.0f} s: {detection.what} "
-                       f"({low:.0f} to {high:.0f} s), {detection.size:.1f} noise levels; {detection.kind}, site "
-                       f"{detection.site}")  # fmt: skip
+            self._line(f"CHANGE {detection.number} detected at {detection.detected:.0f} s: {detection.what} since "
+                       f"{detection.since:.0f} s ({low:.0f} to {high:.0f} s), {detection.size:.1f} noise levels; "
+                       f"{detection.kind}, site {detection.site}")  # fmt: skip
         if detection.answered is not None and (before is None or before.answered != detection.answered):
             named = ", ".join(detection.effects) or "no effect named"
             suspected = f"; suspected: {', '.join(detection.suspected)}" if detection.suspected else ""

@@ -96,9 +96,9 @@ def _described(alarm: Alarm, before: Detection) -> Detection:
     verb = _VERBS[alarm.kind][0 if change.size > 0.0 else 1]
     title = COMPARED[alarm.channel].title
     how = "at once" if change.kind == "step" else "steadily"
-    what = f"{title} {verb} than the twin expects, {how} since {change.since:.0f} s"
+    what = f"{title} {verb} than the twin expects, {how}"
     if alarm.kind == "mean":
-        what = f"{title} {verb} against the twin, {how} since {change.since:.0f} s"
+        what = f"{title} {verb} against the twin, {how}"
     site = _SITES.get((alarm.channel, alarm.kind), COMPARED[alarm.channel].sensor_site)
     return replace(
         before, since=change.since, interval=change.interval, channel=alarm.channel, kind=change.kind,
