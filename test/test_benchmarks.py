@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner
 from process_groups import ends
 
-from slider_drilling.benchmarks import peers, published, sessions, string_rates
+from slider_drilling.benchmarks import many_rigs, peers, published, sessions, string_rates
 from slider_drilling.benchmarks import suite as everything
 from slider_drilling.benchmarks.diagnosis import write_log
 from slider_drilling.benchmarks.result import BenchmarkResult
@@ -174,3 +174,12 @@ def test_published_run_has_its_size():
     assert rig.string.length == pytest.approx(2500.0)
     assert [one.to for one in rig.well.friction_intervals][-1] == pytest.approx(2500.0)
     assert np.all(np.isfinite(simulate(rig, rocking_commands(rig, 1.0), elements=45).surface_torque))
+
+
+def test_many_rigs_are_counted(monkeypatch):
+    """Steps of all slots count, and every figure is there."""
+    pytest.importorskip("gymnasium")
+    for name, value in {"SLOTS": 4, "DRAWN": 2, "ELEMENTS": 20, "STEPS": 2, "REPEATS": 1, "_SINGLE_STEPS": 4}.items():
+        monkeypatch.setattr(many_rigs, name, value)
+    rows = many_rigs.environment_rates()
+    assert len({row.name for row in rows}) == 4 and all(row.value > 0.0 for row in rows)

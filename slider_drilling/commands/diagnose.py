@@ -152,7 +152,8 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
 
     source = diagnosis.rig_source
     stdout().print(Text(units.convert_text(summary(diagnosis)), "bold"))
-    stdout().print(technical_summary(diagnosis))
+    if diagnosis.verdict != "inconclusive":  # the summary has said why, in the display units
+        stdout().print(technical_summary(diagnosis))
     stdout().print(f"rig file: {source.name} ({source.source})")
     for checked in diagnosis.log_checks:
         print_checks(checked.rows(), units, checked.log.source if len(diagnosis.logs) > 1 else "")

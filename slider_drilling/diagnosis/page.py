@@ -40,9 +40,11 @@ def report_page(diagnosis: Diagnosis) -> Page:
         *_parameters(diagnosis), *_next(diagnosis), *_criteria(diagnosis),
     ]  # fmt: skip
     verdict = diagnosis.verdict.replace("_", " ") + (", interrupted" if diagnosis.interrupted else "")
+    # Without a conclusion the headline has said why.
+    technical = () if diagnosis.verdict == "inconclusive" else (Section("", (technical_summary(diagnosis),)),)
     headline = Headline(summary(diagnosis), _TONES.get(diagnosis.verdict, "bad"), verdict)
     return Page(
-        "Sim-to-real gap", _title(diagnosis), (Section("", (technical_summary(diagnosis),)), *sections),
+        "Sim-to-real gap", _title(diagnosis), (*technical, *sections),
         _facts(diagnosis), headline, remarks_beside_checks(diagnosis),
     )  # fmt: skip
 
