@@ -9,8 +9,11 @@ from slider_drilling.twin.detector import Alarm
 from slider_drilling.twin.report import Detection
 
 _SAME_S = 120.0  # after a detection, in which other channels show the same change
+_SAME_ONSET_S = 60.0  # between the onsets of what is one change
 _GROWING_S = 900.0  # for which a ramp may go on
 _REFINED_S = 240.0  # for which time and kind of a detection follow the data
+_BACK = (0.5, 2.0)  # of its size, by which a change that is over went back
+_MIN_EVENT_S = 15.0
 _SITES = {
     ("surface_torque", "mean"): "sensor", ("surface_torque", "gain"): "contact", ("surface_torque", "lag"): "top_drive",
     ("surface_torque", "spread"): "contact", ("hook_load", "spread"): "draw_works", ("hook_load", "mean"): "draw_works",
@@ -47,12 +50,14 @@ class DetectionLog:
     def take(self, alarm: Alarm) -> bool:
         """Take an alarm; whether it is a new detection."""
         last = self._open
+        if last is not None and self._is_over(last, alarm):
+            ended = replace(last.detection, kind="event", ended=alarm.change.since)
+            self._replace(last, ended)
+            return False
         if last is not None and self._belongs(last, alarm):
             last.seen.add((alarm.channel, alarm.kind))
-            if (
-                alarm.time - last.detection.detected <= _REFINED_S
-                and alarm.change.evidence > last.alarm.change.evidence
-            ):
+            fresh = alarm.time - last.detection.detected <= _REFINED_S
+            if fresh and alarm.change.evidence > last.alarm.change.evidence:
                 last.alarm = alarm
                 self._replace(last, _described(alarm, last.detection))
             return False
@@ -79,12 +84,22 @@ class DetectionLog:
         if self._open is not None and self._open.detection.number == detection.number:
             self._open.detection = detection
 
+    def _is_over(self, last: _Open, alarm: Alarm) -> bool:
+        """Whether the same number went back by about as much as it had changed."""
+        first, second = last.alarm.change, alarm.change
+        same = (alarm.channel, alarm.kind) == (last.alarm.channel, last.alarm.kind)
+        back = first.size * second.size < 0.0 and _BACK[0] < abs(second.size / first.size) < _BACK[1]
+        return same and back and second.since > max(first.interval[1], first.since + _MIN_EVENT_S)
+
     def _belongs(self, last: _Open, alarm: Alarm) -> bool:
-        age = alarm.time - last.detection.detected
-        if age <= _SAME_S:
+        """Whether an alarm shows the last change: soon after its detection, with the same onset, or as it grows."""
+        age, change = alarm.time - last.detection.detected, alarm.change
+        if age <= _SAME_S or abs(change.since - last.detection.since) <= _SAME_ONSET_S:
             return True
-        same = (alarm.channel, alarm.kind) in last.seen
-        return same and age <= _GROWING_S and alarm.change.since <= last.detection.detected + _SAME_S
+        if (alarm.channel, alarm.kind) not in last.seen or age > _GROWING_S:
+            return False
+        grows = last.detection.kind == "ramp" and change.size * last.alarm.change.size > 0.0
+        return grows or change.since <= last.detection.detected + _SAME_S
 
     def _replace(self, last: _Open, detection: Detection) -> None:
         last.detection = detection
