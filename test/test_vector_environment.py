@@ -86,6 +86,19 @@ def test_foreign_slots_equal_foreign_plant():
             np.testing.assert_allclose(many._slots.records.truth[slot], rows[step + 1], rtol=1e-9, atol=1e-9)
 
 
+def test_slow_sensors_and_frequent_toolfaces_fit():
+    """Several toolfaces a sample, many on their way: as a single rig."""
+    rig = sd.load_rig().with_({"sensors.rate": 1.0, "sensors.mwd.period": 0.5, "sensors.mwd.latency": 7.0})
+    many = sd.vector_env(1, [rig], elements=ELEMENTS, duration=600.0, samples=1, actions="command")
+    many.reset(seed=1)
+    single = FaultyRig(*many.episode(0), ELEMENTS)
+    for _ in range(500):
+        many.step(np.array([[0.0, 0.0, 0.0025, 12.0]]))
+        expected = single.step(RigCommand(0.0, 0.0, 0.0025, 12.0))
+        assert many.measurements(0).surface_torque == expected.surface_torque
+        assert not expected.mwd or many.measurements(0).mwd == expected.mwd[-1:]
+
+
 def advance(plant, sample, d):
     row = (0.1 * sample, d.top_drive_angle, d.top_drive_speed, d.block_position, d.block_speed, d.pump_speed)
     response = plant.advance(Commands(*(np.array([value]) for value in row)))

@@ -47,7 +47,7 @@ def vector_env(
         foreign: Share of rigs whose plant is of foreign structure: another friction law, tool joints, bending
             stiffness, a drive with a speed loop. Five times slower.
         duration: Of an episode, s.
-        samples: Of the sensors, that an action holds for: 10 are a second.
+        samples: Of the sensors, that an action holds for: 10 are a second at the 10 Hz of the package's rig.
         elements: Elements of each string.
         actions: ``speed`` (of top drive and block) or ``command`` (all that a controller commands).
         autoreset: ``next_step``, ``same_step`` or ``disabled``, as in gymnasium.

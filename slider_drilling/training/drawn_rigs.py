@@ -227,4 +227,4 @@ def _stack_foreign(plants: Sequence[tuple]) -> ForeignPlants:
 def transit_depth(rigs: DrawnRigs) -> int:
     """How many MWD samples may be on their way at once."""
     period, latency = rigs.instruments.mwd[:, 0], rigs.instruments.mwd[:, 1]
-    return math.ceil(float(np.max(latency / period))) + 2
+    return math.ceil(float(np.max((latency + rigs.interval) / period))) + 2

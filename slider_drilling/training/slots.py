@@ -22,7 +22,7 @@ from slider_drilling.training.stacking import stack_rows
 Indices = NDArray[Any]
 Flags = NDArray[np.bool_]
 _NORMALS = 2048  # random numbers that a slot holds; what a step may use is added
-_A_SAMPLE_USES = 5  # normal numbers at most: three sensors, the clock's jitter, a toolface
+_A_SAMPLE_USES = 4  # normal numbers: three sensors and the clock's jitter; toolfaces are added
 _CHUNKS_PER_THREAD = 4  # so that a thread with slower rigs does not end last
 
 
@@ -42,7 +42,8 @@ class RigSlots:
 
     def __init__(self, rigs: DrawnRigs, count: int, duration: float, samples: int, threads: int | None) -> None:
         self.rigs, self._count, self._threads = rigs, count, threads
-        self._reserve = samples * _A_SAMPLE_USES
+        toolfaces = math.ceil(rigs.interval / float(np.min(rigs.instruments.mwd[:, 0])))
+        self._reserve = samples * (_A_SAMPLE_USES + toolfaces)
         self.records = _records(rigs, count, duration, _NORMALS + self._reserve)
         self._random: list[np.random.Generator] = [np.random.default_rng(0)] * count
         self._model = None if rigs.model is None else _empty_model(rigs.model.initial, count)
