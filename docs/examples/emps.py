@@ -35,7 +35,7 @@ PERIOD = 1e-3  # s, of the samples
 POSITION_CUTOFF = 100.0  # Hz
 FORCE_CUTOFF = 40.0  # Hz
 KEPT = 10
-_EDGE = 50  # samples left out at either end, where filters and differences are off
+EDGE = 50  # samples left out at either end, where filters and differences are off
 _UNIT_SPEED = 0.1  # m/s, at which the power term has its force
 _CARRIAGE = 0.2  # share of the mass behind the backlash; the rest turns with the motor
 
@@ -188,7 +188,7 @@ def _backlash(motion: Motion, p: Values) -> Array | float:
 def _compared(force: Array) -> Array:
     """Forces (..., n) low-passed, one sample in ten, without the ends."""
     smooth = filtfilt(*butter(4, FORCE_CUTOFF * 2.0 * PERIOD), force)
-    return np.asarray(smooth[..., _EDGE:-_EDGE:KEPT])
+    return np.asarray(smooth[..., EDGE:-EDGE:KEPT])
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class Axis:
 
 def _run(record: Record) -> LoggedRun:
     motion = record.motion
-    force = Channel("force", motion.time[_EDGE:-_EDGE:KEPT], record.compared, "N")
+    force = Channel("force", motion.time[EDGE:-EDGE:KEPT], record.compared, "N")
     return LoggedRun(
         record.name, motion.time, motion.position, (force,), command="the measured position", command_unit="m"
     )

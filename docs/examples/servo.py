@@ -7,13 +7,14 @@ viscous friction. Whatever else is at work is asked of the logs:
 
 A log is a CSV table with a header line, in any order of columns: time_s, goal_rad, position_rad, and torque_enabled (0
 where the motor is off; on all the time where there is no such column). The firmware's gain stands in the file's name
-(kp100) or is given with --gain.
+(kp100) or is given with --gain. Logs as published (github.com/Rhoban/bam, JSON) are read too.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
 import math
 import re
 import sys
@@ -261,9 +262,8 @@ def _run(log: Log) -> LoggedRun:
 def read_servo_log(path: Path, gain: float | None = None) -> Log:
     """A log from its table. Raises InputError naming file and column for one that cannot be used."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file, skipinitialspace=True) if any(row.values())]
-    except (OSError, UnicodeDecodeError) as error:
+        rows = _published_rows(path) if path.suffix == ".json" else _table_rows(path)
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from None
     if len(rows) < 10:
         raise InputError(f"{path}: {len(rows)} rows; a log has at least ten below its header line")
@@ -275,6 +275,20 @@ def read_servo_log(path: Path, gain: float | None = None) -> Log:
     if gain is None and named is None:
         raise InputError(f"{path}: no gain in its name (kp100); give it with --gain")
     return Log(path.stem, gain if gain is not None else float(named.group(1)), time, goal, position, enabled)  # type: ignore[union-attr]
+
+
+def _table_rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return [row for row in csv.DictReader(file, skipinitialspace=True) if any(row.values())]
+
+
+def _published_rows(path: Path) -> list[dict[str, str]]:
+    entries = json.loads(path.read_text(encoding="utf-8"))["entries"]
+    columns = {"time_s": "timestamp", "goal_rad": "goal_position", "position_rad": "position"}
+    return [
+        {name: str(entry[key]) for name, key in columns.items()} | {"torque_enabled": str(int(entry["torque_enable"]))}
+        for entry in entries
+    ]
 
 
 def _column(path: Path, rows: Sequence[Mapping[str, str]], name: str) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from slider_drilling.benchmarks.diagnosis import diagnose_time
 from slider_drilling.benchmarks.many_rigs import environment_rates
+from slider_drilling.benchmarks.real_machines import machine_results
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.sessions import node_start, session_rates
 from slider_drilling.benchmarks.start_up import start_up
@@ -17,6 +18,7 @@ STAGES: tuple[tuple[str, Callable[[], list[BenchmarkResult]]], ...] = (
     ("closed loop and recorder", session_rates),
     ("many rigs at once", environment_rates),
     ("diagnosis", lambda: [diagnose_time()]),
+    ("diagnosis of real machines", machine_results),
     ("start-up", lambda: [*start_up(), node_start()]),
 )
 
