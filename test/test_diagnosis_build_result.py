@@ -41,6 +41,7 @@ def engine_answer(
         gap_calibrated=28.0,
         null_threshold=3.8,
         state=state,
+        free_runs=SimpleNamespace(final="final"),
         **(given | changes),
     )
 

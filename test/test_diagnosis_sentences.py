@@ -101,6 +101,14 @@ def test_summary_states_cause_error_and_closed_share():
     )
 
 
+def test_fed_back_errors_are_told_from_free_runs():
+    worn = replace(worn_motor(), fed_back="surface_torque")
+    assert "toolface error, predicted from the surface torque measured so far, falls from 118 deg" in says(worn)
+    assert "(in one free simulation of the whole log from " in says(worn)
+    assert "E with the measured surface torque fed back " in technical_summary(worn)
+    assert "fed back" not in technical_summary(worn_motor()) and "free simulation" not in says(worn_motor())
+
+
 def test_technical_summary_states_effect_and_e():
     text = technical_summary(worn_motor())
     for figure in ("motor_wear", "0.92 [0.64, 0.97]", "9.00 as given", "8.00", "1.10", "1.20"):

@@ -220,10 +220,11 @@ def _run(record: Record) -> LoggedRun:
 def read_record(path: Path) -> Record:
     """A record from its MATLAB file. Raises InputError naming file and variable for one that cannot be used."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
     try:
         held = loadmat(path)
-    except (OSError, ValueError, NotImplementedError) as error:
+    except (OSError, ValueError, NotImplementedError, MatReadError) as error:
         raise InputError(f"{path}: cannot be read as a MATLAB file: {error}") from None
     time, position, volts = (_variable(path, held, name) for name in ("t", "qm", "vir"))
     if not time.size == position.size == volts.size > 1000 or np.any(np.abs(np.diff(time) - PERIOD) > 0.1 * PERIOD):

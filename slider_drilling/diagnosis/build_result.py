@@ -66,8 +66,9 @@ def with_engine_result(
         ranking=rank_effects(answer, effects),
         next_manoeuvre=answer.next_manoeuvre,
         explanations=answer.explanations,
-        tuned_parameters=fitted_parameters(state.current),
+        tuned_parameters=fitted_parameters(answer.free_runs.best),
         whole_run_errors=whole_runs,
+        fed_back=answer.fed_back,
         traces=_traces(whole_runs),
         simulations=answer.simulation_count,
         not_refitted=state.current.score.unrefitted_folds,
@@ -182,7 +183,7 @@ def _ranked(candidate: CandidateResult, effect: Effect, answer: GapDiagnosis, ke
         why_not = (why_not_in_answer(candidate, answer),)
     return RankedEffect(
         name, effect.site, candidate.passed, in_answer, () if in_answer else why_not, closed, interval,
-        fitted_parameters(answer.state.current if in_answer else candidate.fitted, f"{name}."),
+        fitted_parameters(answer.free_runs.final if in_answer else candidate.fitted, f"{name}."),
         answer.indistinguishable.get(name, ()), _in_other_runs(candidate, answer),
         tuple(other for other in kept if in_answer and other != name), known_before,
         name in {each.effect.name for each in answer.suspected},

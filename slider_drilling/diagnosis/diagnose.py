@@ -95,7 +95,8 @@ def diagnose(
         remarks=(*remarks, *prepared.remarks),
         missing_channels=tuple(text for name, text in _MISSING_CHANNELS.items() if name not in channels),
     )
-    return with_engine_result(diagnosis, answer, whole, simulate_whole_runs(whole, answer.state, until), candidates)
+    errors = simulate_whole_runs(whole, answer.state, until, answer.free_runs)
+    return with_engine_result(diagnosis, answer, whole, errors, candidates)
 
 
 def _remarks_before_fit(diagnosis: Diagnosis) -> tuple[Text, ...]:

@@ -105,7 +105,8 @@ def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:
             noise = (displayed(floor.value, floor.unit), displayed(floor.declared, floor.unit))
         stages = [displayed(getattr(errors, stage), errors.unit) for stage in STAGES]
         rows.append((plain_name(name), *noise, *stages))
-    return Table(header, tuple(rows), "RMS of measured minus simulated, by channel")
+    fed = "" if diagnosis.fed_back is None else f", predicted from the {plain_name(diagnosis.fed_back)} measured so far"
+    return Table(header, tuple(rows), f"RMS of measured minus simulated, by channel{fed}")
 
 
 def _whole_runs(diagnosis: Diagnosis) -> list[Table]:

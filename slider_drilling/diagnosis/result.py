@@ -214,6 +214,7 @@ class Diagnosis:
         explanations: What may explain the logs, the answer first.
         tuned_parameters: Everything that was fitted in the final model.
         whole_run_errors: Errors of one free simulation of the whole log.
+        fed_back: The measured channel that is fed back in the runs that `gap` counts; None for free runs.
         traces: Measured and simulated channels.
         simulations: How many simulations the search took.
         not_refitted: Held-out stretches that could not be refitted.
@@ -242,6 +243,7 @@ class Diagnosis:
     explanations: tuple[Explanation, ...] = ()
     tuned_parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
     whole_run_errors: WholeRunErrors | None = None
+    fed_back: str | None = None
     traces: tuple[ChannelTrace, ...] = field(default=(), repr=False)
     simulations: int = 0
     not_refitted: int = 0

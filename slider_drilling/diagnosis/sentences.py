@@ -64,6 +64,7 @@ def technical_summary(diagnosis: Diagnosis) -> str:
         shape.disturbance if shape is not None and shape.of == "alternative" else "",
         shape.disturbance if shape is not None and shape.of == "rest" else "",
         diagnosis.masked_effects, tuple(plain_name(name) for name in gap.misfit_channels),
+        diagnosis.fed_back,
     )  # fmt: skip
 
 
@@ -136,7 +137,7 @@ def _effects(diagnosis: Diagnosis, gap: Gap) -> Sentence:
     partial = diagnosis.verdict == "effect_and_unknown"
     if partial:
         text = sentence("The rig behaves as if ", lower_first(text))
-    falls = _falls(gap)
+    falls = _falls(diagnosis, gap)
     closes = closed_in_words(gap.closed, gap.closed_interval)
     errors: tuple[Text, ...] = () if falls is None else (falls, " and ")
     text = sentence(text, ". With that in the model, ", *errors, closes, ".")
@@ -195,8 +196,11 @@ def lower_first(text: Text) -> Sentence:
     return sentence(first[:1].lower() + first[1:] if isinstance(first, str) else first, *rest)
 
 
-def _falls(gap: Gap) -> Sentence | None:
-    """By how much the error of the most improved channel falls, None if two digits do not show it."""
+def _falls(diagnosis: Diagnosis, gap: Gap) -> Sentence | None:
+    """By how much the error of the most improved channel falls, None if two digits do not show it.
+
+    Errors of runs that are fed with a measured channel are said to be so, and beside them stands the free run's.
+    """
     improved = _most_improved(gap)
     if improved is None:
         return None
@@ -204,7 +208,20 @@ def _falls(gap: Gap) -> Sentence | None:
     before, after = displayed(errors.tuned, errors.unit, 2), displayed(errors.with_effect, errors.unit, 2)
     if str(sentence(before)) == str(sentence(after)):
         return None
-    return sentence(f"{plain_name(name)} error falls from ", before, " to ", after)
+    fed = (
+        "" if diagnosis.fed_back is None else f", predicted from the {plain_name(diagnosis.fed_back)} measured so far,"
+    )
+    falls = sentence(f"{plain_name(name)} error{fed} falls from ", before, " to ", after)
+    return falls if diagnosis.fed_back is None else sentence(falls, *_free_run_falls(diagnosis, name, errors.unit))
+
+
+def _free_run_falls(diagnosis: Diagnosis, name: str, unit: str) -> tuple[Text, ...]:
+    """How the error of a channel changes in one free simulation, as a clause that goes on."""
+    errors = diagnosis.whole_run_errors
+    if errors is None or not {"tuned", "with_effect"} <= set(errors.whole):
+        return ()
+    before, after = (displayed(errors.whole[stage].get(name), unit, 2) for stage in ("tuned", "with_effect"))
+    return (" (in one free simulation of the whole log from ", before, " to ", after, ")")
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:

@@ -36,6 +36,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "residual_shape": None if shape is None else _residual_shape(shape),
         "interrupted": diagnosis.interrupted,
         "gap": _plain(diagnosis.gap or Gap()),
+        "fed_back": diagnosis.fed_back,
         "whole_run_errors": None if errors is None else _whole_run_errors(errors),
         "where": _plain(diagnosis.breakdown),
         "ranking": [_ranked_effect(ranked) for ranked in diagnosis.ranking],

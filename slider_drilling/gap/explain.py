@@ -14,6 +14,7 @@ from slider_drilling.gap.model import Effect, HasCoupledEffects, HasObserver, Mo
 from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floor
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.breakdown import GapBreakdown, break_down_gap
+from slider_drilling.gap.results.free_run import FreeRunModels, best_free_runs
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre, recommend_manoeuvre, what_is_open
 from slider_drilling.gap.results.sentence import verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
@@ -42,6 +43,7 @@ class GapDiagnosis:
         remarks: Limits of the answer, in sentences.
         runtime: Wall-clock time, s.
         state: The last state of the search.
+        free_runs: The models with the parameters whose free run is best.
     """
 
     verdict: str
@@ -56,6 +58,14 @@ class GapDiagnosis:
     remarks: tuple[str, ...]
     runtime: float
     state: SearchState = field(repr=False)
+    free_runs: FreeRunModels = field(repr=False)
+
+    @property
+    def fed_back(self) -> str | None:
+        """The measured channel that is fed back in the runs that E counts, None for free runs."""
+        model = self.state.current.problem.model
+        gain = self.state.current.problem.options.observer_gain
+        return model.observed_channel if gain > 0.0 and isinstance(model, HasObserver) else None
 
     @property
     def gap_nominal(self) -> float:
@@ -84,8 +94,8 @@ class GapDiagnosis:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """All fitted parameters of the final model, by name."""
-        return dict(self.state.current.fit.values)
+        """All fitted parameters, by name, of the model whose free run is best."""
+        return dict(self.free_runs.best.fit.values)
 
     @property
     def sentence(self) -> str:
@@ -101,7 +111,7 @@ class GapDiagnosis:
         )
         return verdict_sentence(
             self.verdict, names, self.site, gaps, self.closed, self.closed_interval, alternative, remainder,
-            self.masked_effects, self.misfit_channels,
+            self.masked_effects, self.misfit_channels, self.fed_back,
         )  # fmt: skip
 
     @property
@@ -220,6 +230,7 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         closed, interval = gap_closed(state.bootstrap, state.calibrated.score, state.current.score)
     still_open = "" if state.interrupted else what_is_open(state, decision.verdict, decision.alternative is not None)
     manoeuvre = recommend_manoeuvre(state, still_open, candidates, seed)
+    free_runs = best_free_runs(state)
     return GapDiagnosis(
         verdict=decision.verdict,
         site=decision.site,
@@ -230,10 +241,29 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         alternative=decision.alternative,
         remainder=decision.remainder,
         next_manoeuvre=manoeuvre,
-        remarks=(*_noise_remarks(state), *_fit_remarks(state)),
+        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs)),
         runtime=time.perf_counter() - started,
         state=state,
+        free_runs=free_runs,
     )
+
+
+def _free_run_remarks(models: FreeRunModels) -> list[str]:
+    """Where parameters are those of a free run and not those of the search."""
+    given, calibrated, final = models.gaps
+    remarks = []
+    if models.refitted:
+        effects = f", {final:.2f} with the effects" if models.final.effects else ""
+        remarks.append(
+            "the parameters written are those whose free run is best, not those that predict best with feedback; in "
+            f"free runs E is {given:.2f} as given, {calibrated:.2f} calibrated{effects}"
+        )
+    if models.best is not models.final:
+        remarks.append(
+            f"in a free run the effects leave E {final:.2f}, calibration alone {calibrated:.2f}: the parameters "
+            "written are those of calibration alone"
+        )
+    return remarks
 
 
 def _noise_remarks(state: SearchState) -> list[str]:

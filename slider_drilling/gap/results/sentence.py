@@ -17,6 +17,7 @@ def verdict_sentence(
     remainder: str = "",
     masked_effects: tuple[str, ...] = (),
     misfit_channels: tuple[str, ...] = (),
+    fed_back: str | None = None,
 ) -> str:
     """The verdict with its figures.
 
@@ -31,12 +32,14 @@ def verdict_sentence(
         remainder: The free form that predicts best what they leave.
         masked_effects: Effects that calibration may hide.
         misfit_channels: Channels that the final model misfits.
+        fed_back: The measured channel that is fed back in the runs that E counts.
     """
     nominal, calibrated, with_effects, threshold = gaps
     final = calibrated if math.isnan(with_effects) else with_effects
-    figures = f"E {nominal:.2f} as given, {calibrated:.2f} calibrated"
+    fed = f"with the measured {fed_back.replace('_', ' ')} fed back " if fed_back else ""
+    figures = f"E {fed}{nominal:.2f} as given, {calibrated:.2f} calibrated"
     figures += "" if math.isnan(with_effects) else f", {with_effects:.2f} with it"
-    figures += f"; noise alone stays below {threshold:.2f}"
+    figures += f"; a true model would stay below {threshold:.2f}"
     figures += _structured_residual_clause(verdict, final, threshold, misfit_channels)
     if verdict == "none":
         return f"The model as given leaves only noise ({figures})."

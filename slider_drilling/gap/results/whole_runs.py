@@ -12,6 +12,7 @@ from slider_drilling.gap.model import Array, Model, SimulationOptions
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.results.free_run import FreeRunModels
 from slider_drilling.gap.search.fine_fit import fit_fidelity
 from slider_drilling.gap.selection.state import SearchState
 
@@ -53,21 +54,27 @@ class WholeRunErrors:
         return {name: getattr(self, name) for name in ("share", "fitted", "rest", "whole", "freed")}
 
 
-def simulate_whole_runs(model: Model, state: SearchState, share: float) -> WholeRunErrors:
+def simulate_whole_runs(
+    model: Model, state: SearchState, share: float, free_runs: FreeRunModels | None = None
+) -> WholeRunErrors:
     """Simulate the whole runs with what was fitted to their first part.
 
     Args:
         model: The model with its whole runs.
         state: Last state of a search over their first part.
         share: That part, 0 to 1.
+        free_runs: The models with the parameters whose free run is best; by default those of the search.
     """
+    calibrated, final = (
+        (state.calibrated, state.current) if free_runs is None else (free_runs.calibrated, free_runs.final)
+    )
     options = SimulationOptions(fit_fidelity(model))
     problem = build_problem(model, [sigmas(own) for own in state.floors], options)
-    stages = {"nominal": {}, "tuned": dict(state.calibrated.fit.values)}
-    freed = {"nominal": 0, "tuned": len(state.calibrated.fit.parameters)}
+    stages = {"nominal": {}, "tuned": dict(calibrated.fit.values)}
+    freed = {"nominal": 0, "tuned": len(calibrated.fit.parameters)}
     if state.current.effects:
-        stages["with_effect"] = dict(state.current.fit.values)
-        freed["with_effect"] = len(state.current.fit.parameters)
+        stages["with_effect"] = dict(final.fit.values)
+        freed["with_effect"] = len(final.fit.parameters)
     simulated = problem.residuals(list(stages.values()))
     residuals = {stage: _in_units(problem, row) for stage, row in zip(stages, simulated, strict=True)}
     parts: dict[str, Rms] = {"fitted": {}, "rest": {}, "whole": {}}

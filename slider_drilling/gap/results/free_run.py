@@ -1,0 +1,143 @@
+"""Parameters of a model that is used without feedback: those whose free run is best.
+
+What a search finds with the measured channel fed back holds for predictions from what was measured so far. A free run
+of a string that sticks and slips loses its phase with such parameters: its error over the whole run has many local
+minima, the widest of which is a string that does not oscillate. Fits therefore begin with the first part of the run,
+and follow the optimum while the part grows (progressive horizon, as in Voss, Timmer and Kurths, International Journal
+of Bifurcation and Chaos 14, 2004).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from slider_drilling.gap.evidence.score import squared_residuals
+from slider_drilling.gap.model import Array, CanTruncate, Effect, SimulationOptions, Values
+from slider_drilling.gap.problem.noise import sigmas
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.fine_fit import fit_fidelity
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.multi_start import plausible_range
+from slider_drilling.gap.selection.state import FittedModel, SearchState
+from slider_drilling.process.parallel_map import parallel_map
+
+# Parts of a run that are fitted one after the other.
+_HORIZONS = np.arange(0.24, 1.001, 0.04)
+# Points at which the first part is simulated, and how many of them are followed at first and at last.
+_POINTS, _FIRST, _LAST = 512, 24, 3
+# Share of the fits that the next part begins from; iterations on each part.
+_KEPT, _ITERATIONS = 0.75, 5
+# Part up to which the cheapest simulation is used, while many fits are followed.
+_CHEAP = 0.4
+_BATCH = 64
+
+
+@dataclass(frozen=True)
+class FreeRunModels:
+    """The calibrated and the final model, each with the parameters whose free run is best.
+
+    Attributes:
+        calibrated: With nuisance alone.
+        final: With the effects of the final model; the calibrated one where there are none.
+        gaps: E over the whole fitted runs in one free run: as given, calibrated, final.
+        refitted: Whether they were fitted again.
+    """
+
+    calibrated: FittedModel
+    final: FittedModel
+    gaps: tuple[float, float, float]
+    refitted: bool
+
+    @property
+    def best(self) -> FittedModel:
+        """The one with the best free run: what a simulator should use."""
+        return self.final if self.gaps[2] <= self.gaps[1] else self.calibrated
+
+
+def best_free_runs(state: SearchState) -> FreeRunModels:
+    """The models of a state as they are used without feedback.
+
+    Models that were scored in the free run are kept. Those that were scored with feedback are fitted again:
+    calibration is then no worse than the model as given, and the final model no worse than calibration.
+    """
+    exact = _free_problem(state, 1.0, fit_fidelity(state.current.problem.model))
+    given = {parameter.name: parameter.nominal for parameter in state.calibrated.fit.parameters}
+    refits = state.current.problem.options.observer_gain > 0.0 and not state.interrupted
+    calibrated, final = state.calibrated, state.current
+    if refits:
+        calibrated = _refitted(state, exact, calibrated, given)
+        final = calibrated
+    if refits and state.current.effects:
+        neutral = {p.name: p.nominal for effect in state.current.effects for p in effect.parameters}
+        final = _refitted(state, exact, state.current, calibrated.fit.values | neutral)
+    given_gap, calibrated_gap, final_gap = _rms(exact, [given, calibrated.fit.values, final.fit.values])
+    return FreeRunModels(calibrated, final, (float(given_gap), float(calibrated_gap), float(final_gap)), refits)
+
+
+def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: Values) -> FittedModel:
+    """The model with the values whose free run is best: its own, those of a simpler model, or fitted again."""
+    candidates = [dict(model.fit.values), dict(simpler)]
+    if isinstance(model.problem.model, CanTruncate):
+        candidates += _grow(state, model, candidates)
+    gaps = _rms(exact, candidates)
+    best = candidates[int(np.argmin(np.where(np.isfinite(gaps), gaps, np.inf)))]
+    problem = replace(exact, white_discrepancy=state.modes[0].white_discrepancy)
+    return replace(model, problem=problem, fit=fit(problem, model.fit.parameters, best, iterations=0))
+
+
+def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> list[dict[str, float]]:
+    """Values of fits that followed their optimum from the first part of the runs to the whole."""
+    finest, parameters = fit_fidelity(model.problem.model), model.fit.parameters
+    scattered = _scattered(state, model)
+    residuals = _rms(_free_problem(state, _HORIZONS[0], 0), scattered)
+    points = [*starts, *(scattered[index] for index in np.argsort(residuals)[: _FIRST - len(starts)])]
+    for horizon in _HORIZONS:
+        part = _free_problem(state, horizon, finest if horizon > _CHEAP else 0)
+
+        def advance(start: Values, part: Problem = part) -> tuple[float, dict[str, float]]:
+            found = fit(part, parameters, start, iterations=_ITERATIONS)
+            return found.cost, found.values
+
+        fits = sorted(parallel_map(advance, points), key=lambda entry: entry[0])
+        points = [values for _, values in fits[: max(round(_KEPT * len(points)), _LAST)]]
+    return [dict(values) for values in points]
+
+
+def _scattered(state: SearchState, model: FittedModel) -> list[dict[str, float]]:
+    """Points spread over what is plausible of the nuisance and what is scanned of the effects."""
+    spans = {parameter.name: plausible_range(parameter) for parameter in state.calibrated.fit.parameters}
+    for effect in model.effects:
+        spans |= _scanned_spans(effect)
+    unit = qmc.Sobol(len(spans), seed=1).random(_POINTS) if spans else np.empty((0, 0))
+    low, high = (np.array([span[end] for span in spans.values()]) for end in (0, 1))
+    return [dict(zip(spans, map(float, row), strict=True)) for row in low + (high - low) * unit]
+
+
+def _scanned_spans(effect: Effect) -> dict[str, tuple[float, float]]:
+    spans = {}
+    for index, parameter in enumerate(effect.parameters):
+        scanned = [point[index] for point in effect.scan]
+        low, high = min(scanned), max(scanned)
+        # Beside other effects each may be smaller than where it is scanned alone.
+        spans[parameter.name] = (max(parameter.lower, 0.3 * low) if low > 0.0 else low, high)
+    return spans
+
+
+def _free_problem(state: SearchState, fraction: float, fidelity: int) -> Problem:
+    """The free run of the first part of the runs, in which all errors count alike."""
+    model = state.current.problem.model
+    if fraction < 1.0 and isinstance(model, CanTruncate):
+        model = model.truncated(fraction)
+    noise = [sigmas(own) for own in state.floors]
+    problem = build_problem(model, noise, SimulationOptions(fidelity), state.current.problem.counter)
+    return replace(problem, white_discrepancy=True)
+
+
+def _rms(problem: Problem, sets: Sequence[Values]) -> Array:
+    """(K,) E of K parameter sets."""
+    parts = [problem.residuals(sets[begin : begin + _BATCH]) for begin in range(0, len(sets), _BATCH)]
+    return np.array([np.sqrt(np.mean(squared_residuals(problem, row))) for part in parts for row in part])
