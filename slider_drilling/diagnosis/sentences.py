@@ -212,16 +212,17 @@ def _falls(diagnosis: Diagnosis, gap: Gap) -> Sentence | None:
         "" if diagnosis.fed_back is None else f", predicted from the {plain_name(diagnosis.fed_back)} measured so far,"
     )
     falls = sentence(f"{plain_name(name)} error{fed} falls from ", before, " to ", after)
-    return falls if diagnosis.fed_back is None else sentence(falls, *_free_run_falls(diagnosis, name, errors.unit))
+    return falls if diagnosis.fed_back is None else sentence(falls, _free_run_falls(diagnosis, name, errors.unit))
 
 
-def _free_run_falls(diagnosis: Diagnosis, name: str, unit: str) -> tuple[Text, ...]:
+def _free_run_falls(diagnosis: Diagnosis, name: str, unit: str) -> Text:
     """How the error of a channel changes in one free simulation, as a clause that goes on."""
     errors = diagnosis.whole_run_errors
     if errors is None or not {"tuned", "with_effect"} <= set(errors.whole):
-        return ()
-    before, after = (displayed(errors.whole[stage].get(name), unit, 2) for stage in ("tuned", "with_effect"))
-    return (" (in one free simulation of the whole log from ", before, " to ", after, ")")
+        return ""
+    before, after = (errors.whole[stage].get(name) for stage in ("tuned", "with_effect"))
+    shown = (displayed(before, unit, 2), " to ", displayed(after, unit, 2))
+    return sentence(" (in one free simulation of the whole log from ", *shown, ")")
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:

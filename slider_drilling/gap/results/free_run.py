@@ -28,11 +28,13 @@ from slider_drilling.process.parallel_map import parallel_map
 # Parts of a run that are fitted one after the other.
 _HORIZONS = np.arange(0.24, 1.001, 0.04)
 # Points at which the first part is simulated, and how many of them are followed at first and at last.
-_POINTS, _FIRST, _LAST = 512, 24, 3
+_POINTS, _FIRST, _LAST = 512, 48, 4
 # Share of the fits that the next part begins from; iterations on each part.
 _KEPT, _ITERATIONS = 0.75, 5
 # Part up to which the cheapest simulation is used, while many fits are followed.
-_CHEAP = 0.4
+_CHEAP = 0.5
+# How far beyond what is scanned of an effect alone its parameters are looked for beside others.
+_WIDER = 3.0
 _BATCH = 64
 
 
@@ -108,23 +110,31 @@ def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> l
 
 
 def _scattered(state: SearchState, model: FittedModel) -> list[dict[str, float]]:
-    """Points spread over what is plausible of the nuisance and what is scanned of the effects."""
+    """Points spread over what is plausible of the nuisance, and over and around what is scanned of the effects."""
     spans = {parameter.name: plausible_range(parameter) for parameter in state.calibrated.fit.parameters}
     for effect in model.effects:
-        spans |= _scanned_spans(effect)
+        spans |= _wide_spans(effect)
     unit = qmc.Sobol(len(spans), seed=1).random(_POINTS) if spans else np.empty((0, 0))
-    low, high = (np.array([span[end] for span in spans.values()]) for end in (0, 1))
-    return [dict(zip(spans, map(float, row), strict=True)) for row in low + (high - low) * unit]
+    columns = [_between(*span, unit[:, index]) for index, span in enumerate(spans.values())]
+    return [dict(zip(spans, map(float, row), strict=True)) for row in np.array(columns).T]
 
 
-def _scanned_spans(effect: Effect) -> dict[str, tuple[float, float]]:
+def _wide_spans(effect: Effect) -> dict[str, tuple[float, float]]:
+    """By parameter, the scanned span, `_WIDER` either way, within bounds."""
     spans = {}
     for index, parameter in enumerate(effect.parameters):
         scanned = [point[index] for point in effect.scan]
         low, high = min(scanned), max(scanned)
-        # Beside other effects each may be smaller than where it is scanned alone.
-        spans[parameter.name] = (max(parameter.lower, 0.3 * low) if low > 0.0 else low, high)
+        low, high = (low / _WIDER if low > 0.0 else low), (high * _WIDER if high > 0.0 else high)
+        spans[parameter.name] = max(low, parameter.lower), min(high, parameter.upper)
     return spans
+
+
+def _between(low: float, high: float, unit: Array) -> Array:
+    """(K,) values of a span for K numbers from 0 to 1, even in the logarithm where the span is wide."""
+    if low > 0.0 and high > _WIDER * low:
+        return np.asarray(low * (high / low) ** unit)
+    return np.asarray(low + (high - low) * unit)
 
 
 def _free_problem(state: SearchState, fraction: float, fidelity: int) -> Problem:
