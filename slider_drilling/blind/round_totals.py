@@ -114,7 +114,7 @@ def rounds_json(results: Sequence[ArmResult], options: dict[str, Any]) -> dict[s
         "cases": [
             {"arm": each.arm, "log": each.case.log, "effects": list(each.case.true_effects),
              "sizes": list(each.case.sizes), "verdict": each.case.verdict, "named": list(each.case.named_effects),
-             "outcome": each.case.outcome, "limit_use": each.limit_use}
+             "outcome": each.case.outcome, "limit_use": each.limit_use, "gains": dict(each.gains)}
             for each in results
         ],
     }  # fmt: skip

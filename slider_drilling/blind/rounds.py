@@ -7,7 +7,7 @@ again from its case.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from slider_drilling.blind.cases import Case, case_from_json
 from slider_drilling.blind.check import LABELS, LOGS, TWINS, JobRunner
+from slider_drilling.blind.evidence_for_truth import as_answer, as_diagnosis
 from slider_drilling.blind.label import read_label
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.reported_diagnosis import diagnosis_from_json
@@ -53,14 +54,14 @@ class RoundsRequest:
         rounds: Number of planned programmes.
         minutes: Longest time of each programme.
         seed: Of plans and diagnoses.
-        true_effects_only: Whether a diagnosis considers the true effects alone: what the logs hold at best. Plans do
-            not know them.
+        evidence_only: Whether, in place of diagnoses, the evidence for the true effects is measured: what the logs hold
+            at best. Plans do not know the effects.
     """
 
     rounds: int
     minutes: float = 4.0
     seed: int = 0
-    true_effects_only: bool = False
+    evidence_only: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,11 +72,13 @@ class ArmResult:
         arm: Its name.
         case: The score.
         limit_use: Largest share of a limit that the arm's last run used in truth; None for the routine log.
+        gains: By true effect, the gain of ``-2 log p`` by which it is fitted better; empty where logs were diagnosed.
     """
 
     arm: str
     case: ScoredCase
     limit_use: float | None = None
+    gains: Mapping[str, float] = field(default_factory=dict)
 
 
 def check_rounds(
@@ -84,7 +87,7 @@ def check_rounds(
     """Diagnose, plan, record and diagnose again, for cases whose first logs are sealed in a folder.
 
     Args:
-        cases: The cases; of the true effects alone, only those with effects of the catalogue.
+        cases: The cases; for the evidence alone, only those with effects of the catalogue count.
         rig: Rig file that they were drawn from.
         folder: Folder that `seal` filled; it gets the further logs and programmes.
         request: How rounds are run.
@@ -95,7 +98,7 @@ def check_rounds(
     """
     work = _Rounds(rig, folder, request, run)
     made = [case for case in cases if (folder / LOGS / f"{case.file_stem()}.mcap").is_file()]
-    if request.true_effects_only:
+    if request.evidence_only:
         made = [case for case in made if case.kind in ("single", "two")]
     return work.results(made), work.stages
 
@@ -138,12 +141,17 @@ class _Rounds:
         jobs = {}
         for stem, paths in logs.items():
             inputs = {f"log{number}": str(path) for number, path in enumerate(paths)}
+            if self.request.evidence_only:
+                jobs[stem] = Job(
+                    "slider_drilling.blind.evidence_for_truth:fit_truth", f"{stem} {arm}", inputs,
+                    {"effects": sorted(cases[stem].effects)}, self.request.seed, forbidden_folders=self.forbidden,
+                )  # fmt: skip
+                continue
             if stem in after:
                 inputs["after"] = str(after[stem])
-            only = sorted(cases[stem].effects) if self.request.true_effects_only else []
             jobs[stem] = Job(
-                "slider_drilling.blind.rounds:diagnose_logs", f"{stem} {arm}", inputs, {"only": only},
-                self.request.seed, forbidden_folders=self.forbidden,
+                "slider_drilling.blind.rounds:diagnose_logs", f"{stem} {arm}", inputs, {}, self.request.seed,
+                forbidden_folders=self.forbidden,
             )  # fmt: skip
         return self._done(f"diagnosing after {arm}", jobs)
 
@@ -155,7 +163,7 @@ class _Rounds:
             outputs += [str(self._programme(stem, RANDOM))] if number == 1 else []
             jobs[stem] = Job(
                 "slider_drilling.blind.rounds:plan_programmes", f"{stem} plan {number}", inputs,
-                {"minutes": self.request.minutes, "without_names": self.request.true_effects_only},
+                {"minutes": self.request.minutes, "evidence_only": self.request.evidence_only},
                 self.request.seed, tuple(outputs), self.forbidden,
             )  # fmt: skip
         self._done(f"planning round {number}", jobs)
@@ -193,8 +201,10 @@ class _Rounds:
 
     def _score(self, arm: str, case: Case, result: Path, used: float | None) -> ArmResult:
         label = read_label(self.folder / LABELS / f"{case.file_stem()}.json")
-        answer = diagnosis_from_json(read_result_tree(result), str(result))
-        return ArmResult(arm, score(label, answer), used)
+        tree = read_result_tree(result)
+        if self.request.evidence_only:
+            return ArmResult(arm, score(label, as_diagnosis(tree)), used, dict(tree["gains"]))
+        return ArmResult(arm, score(label, diagnosis_from_json(tree, str(result))), used)
 
 
 class StoppedError(Exception):
@@ -222,18 +232,17 @@ def diagnose_logs(job: Job) -> dict[str, Any]:
     logs = [read_log(job.inputs[name]) for name in sorted(job.inputs) if name.startswith("log")]
     after = job.inputs.get("after")
     answer = None if after is None else earlier_answer(read_result_tree(Path(after)), after)
-    return to_json(diagnose(logs, logs[0].rig(), seed=job.seed, only=job.options["only"], after=answer))
+    return to_json(diagnose(logs, logs[0].rig(), seed=job.seed, after=answer))
 
 
 def plan_programmes(job: Job) -> dict[str, Any]:
     """Writes the planned programme, and a random one of equal length, if the job has a second output."""
     logs = [read_log(job.inputs[name]) for name in sorted(job.inputs) if name.startswith("log")]
-    answer = earlier_answer(read_result_tree(Path(job.inputs["after"])), job.inputs["after"])
-    rig = logs[0].rig()
-    if job.options["without_names"]:
-        # A diagnosis of the true effects alone has told them: the plan must not know.
-        unnamed = tuple(each for each in answer.explanations if not each.effects)
-        answer = replace(answer, explanations=unnamed)
+    rig, after = logs[0].rig(), Path(job.inputs["after"])
+    if job.options["evidence_only"]:
+        answer = as_answer(after, [log.source for log in logs])
+    else:
+        answer = earlier_answer(read_result_tree(after), str(after))
     options = PlanTestOptions(job.options["minutes"], evaluations=_EVALUATIONS, seed=job.seed)
     plan = plan_after(answer, logs, rig, options)
     write_atomically(Path(job.outputs[0]), dump_programme(plan.programme).encode())

@@ -20,12 +20,12 @@ def arm_cells(arm: ArmTotals) -> tuple[str, ...]:
     return (arm.arm, str(arm.cases), *map(str, shares), used)
 
 
-def rounds_page(results: Sequence[ArmResult], true_effects_only: bool) -> Page:
+def rounds_page(results: Sequence[ArmResult], evidence_only: bool) -> Page:
     """The page.
 
     Args:
         results: Every case and arm.
-        true_effects_only: Whether the diagnoses considered the true effects alone.
+        evidence_only: Whether the evidence for the true effects was measured in place of diagnoses.
     """
     arms = arm_totals(results)
     names = [arm.arm for arm in arms]
@@ -50,9 +50,11 @@ def rounds_page(results: Sequence[ArmResult], true_effects_only: bool) -> Page:
         "run: planned, a second routine log, a random programme, and the fixed commissioning programme, none of them "
         "longer than a programme may be; then with two planned runs.",
     ]  # fmt: skip
-    if true_effects_only:
+    if evidence_only:
         notes.append(
-            "The diagnoses considered the true effects alone: what the logs hold at best. The plans did not know them."
+            "No diagnosis was made: an effect counts as named where the likelihood ratio of the true effects, fitted "
+            "in the cheapest simulation, is what a name needs. That is what the logs hold at best. The plans did not "
+            "know the effects."
         )
     sections = (
         Section("After each run", (Table(HEADS, tuple(arm_cells(arm) for arm in arms),

@@ -67,9 +67,9 @@ Examples:
               help="Ask each rig so many planned programmes, and diagnose after each; beside them, after a second "
                    "routine log, a random programme and the commissioning programme.")  # fmt: skip
 @click.option("--minutes", default=4.0, show_default=True, help="With --rounds: longest time of a programme.")
-@click.option("--true-effects-only", is_flag=True,
-              help="With --rounds: diagnoses consider the true effects alone, which shows what the logs hold at "
-                   "best.")  # fmt: skip
+@click.option("--evidence-only", is_flag=True,
+              help="With --rounds: measure the evidence for the true effects instead of diagnosing, which shows what "
+                   "the logs hold at best.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
@@ -95,7 +95,7 @@ def command(
     repeats: int,
     rounds: int,
     minutes: float,
-    true_effects_only: bool,
+    evidence_only: bool,
     jobs: int,
     scheduler: str,
     output: Path,
@@ -148,7 +148,7 @@ def command(
         if seal_only or outcome.stop_code:
             return outcome.exit_code
         if rounds:
-            return _rounds(drawn, Path(str(rig)), output, (rounds, minutes, true_effects_only), run, as_json, units)
+            return _rounds(drawn, Path(str(rig)), output, (rounds, minutes, evidence_only), run, as_json, units)
         sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "log_defects": log_defects, "plants": plants, "duration": duration,
@@ -175,13 +175,13 @@ def _rounds(
     from slider_drilling.files.output_files import write_atomically
     from slider_drilling.pages import write_page
 
-    rounds, minutes, true_effects_only = asked
-    request = RoundsRequest(rounds, minutes, true_effects_only=true_effects_only)
+    rounds, minutes, evidence_only = asked
+    request = RoundsRequest(rounds, minutes, evidence_only=evidence_only)
     try:
         results, stages = check_rounds(drawn, rig, output, request, run)
     except StoppedError as stopped:
         return stopped.exit_code
-    options = {"cases": len(drawn), "rounds": rounds, "minutes": minutes, "true_effects_only": true_effects_only,
+    options = {"cases": len(drawn), "rounds": rounds, "minutes": minutes, "evidence_only": evidence_only,
                "code": code_version()}  # fmt: skip
     tree, paths = rounds_json(results, options), (output / "rounds.json", output / "rounds.html")
 
@@ -193,7 +193,7 @@ def _rounds(
 
     def write() -> tuple[Path, ...]:
         write_atomically(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
-        write_page(paths[1], rounds_page(results, true_effects_only), units)
+        write_page(paths[1], rounds_page(results, evidence_only), units)
         return paths
 
     write_and_print(tree if as_json else None, show, write)
