@@ -1,0 +1,75 @@
+"""Rounds of a blind check: evidence for the truth, totals of arms, and arms against each other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from short_well import short_rig
+
+from slider_drilling.blind.evidence_for_truth import as_diagnosis, evidence_for
+from slider_drilling.blind.label import Label
+from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.blind.round_totals import arm_totals, compare_arms, rounds_json
+from slider_drilling.blind.rounds import ArmResult
+from slider_drilling.blind.rounds_page import rounds_page
+from slider_drilling.blind.score import score
+from slider_drilling.diagnosis.programme_numbers import programme_of, programme_variables
+from slider_drilling.drillstring import simulate
+from slider_drilling.log import read_log
+from slider_drilling.pages import page_html
+from slider_drilling.programmes import open_loop_commands
+from slider_drilling.units import SI
+
+NEEDED = {"stribeck": 14.0, "heave": 14.0}
+
+
+def result(arm, log, gains, effects=("stribeck",), used=None):
+    kind = "two" if len(effects) == 2 else "single"
+    label = Label(log, kind, effects, (("contact",),), 1.5, (1.5,) * len(effects), "own", "steady", 1, None, {}, {})
+    tree = {"gains": gains, "needed": {name: NEEDED[name] for name in effects}}
+    return ArmResult(arm, score(label, as_diagnosis(tree)), used, gains)
+
+
+RESULTS = [
+    result("routine", "a", {"stribeck": 3.0}), result("routine", "b", {"stribeck": 20.0}),
+    result("planned 1", "a", {"stribeck": 30.0}, used=0.8), result("planned 1", "b", {"stribeck": 40.0}, used=1.2),
+    result("random", "a", {"stribeck": 2.0}, used=0.5), result("random", "b", {"stribeck": 50.0}, used=0.6),
+    result("routine", "c", {"stribeck": 30.0, "heave": 3.0}, ("stribeck", "heave")),
+]  # fmt: skip
+
+
+def test_totals_count_what_has_enough_evidence():
+    routine, planned, random = arm_totals(RESULTS)
+    assert (routine.single_named.count, routine.single_named.total) == (1, 2)
+    assert (routine.both_named.count, routine.both_named.total) == (0, 1)
+    assert (planned.single_named.count, random.single_named.count) == (2, 1)
+    assert (planned.over_limit.count, planned.largest_limit_use) == (1, 1.2)
+    assert routine.largest_limit_use is None
+
+
+def test_arms_are_compared_on_the_same_cases():
+    pair = compare_arms(RESULTS, "planned 1", "routine")
+    assert (pair.cases, pair.first_missed, pair.second_missed) == (2, 0, 1)
+    assert (pair.only_first_missed, pair.only_second_missed, pair.p_value) == (0, 1, 1.0)
+
+
+def test_page_and_json_hold_every_arm():
+    page = page_html(rounds_page(RESULTS, True), SI)
+    tree = rounds_json(RESULTS, {"rounds": 1})
+    assert [arm["arm"] for arm in tree["arms"]] == ["routine", "planned 1", "random"]
+    assert all(arm["arm"] in page for arm in tree["arms"])
+    assert {pair["second"] for pair in tree["paired"]} == {"routine", "random"}
+    assert len(tree["cases"]) == len(RESULTS)
+
+
+@pytest.mark.parametrize(("bias", "named"), [(900.0, ("torque_sensor_bias",)), (0.0, ())])
+def test_evidence_is_there_where_the_effect_is(tmp_path, bias, named):
+    rig = short_rig()
+    design = {each.name: each.nominal for each in programme_variables(rig)}
+    commands = open_loop_commands(programme_of(design, rig, 60.0), rig)
+    response = simulate(rig, commands, 60)
+    shifted = replace(response, surface_torque=response.surface_torque + bias)
+    write_sealed_log(tmp_path / "log.mcap", rig, commands, shifted, np.random.default_rng(2))
+    tree = evidence_for([read_log(tmp_path / "log.mcap")], ["torque_sensor_bias"])
+    assert as_diagnosis(tree).named_effects == named
+    assert tree["gains"]["torque_sensor_bias"] > -1e-6
