@@ -6,7 +6,6 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -24,12 +23,13 @@ from slider_drilling.control.controller_loader import (
 from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import DIAGNOSTICS, JOINT_STATE, TOPICS, Topic
+from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
 from slider_drilling.nodes.command_publishers import CommandPublishers
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, read_statuses
+from slider_drilling.nodes.drive_subscriptions import COMMON_TOPIC, drive_subscriptions
 from slider_drilling.nodes.joint_names import JOINT_NAMES, named
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.parameters import NodeParameter, declare
@@ -44,7 +44,6 @@ from slider_drilling.nodes.twin_word import TwinWord
 from slider_drilling.nodes.watchdog import Watchdog
 from slider_drilling.programmes.progress import ProgrammeProgress
 
-DRIVES = ("mud_pump", "draw_works", "top_drive")  # channels; the top drive's reading completes a sample
 SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
@@ -69,8 +68,7 @@ class RockingController(ManagedNode):
         NodeParameter("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
                       -math.pi, math.pi, live=True),
         NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
-        NodeParameter("joint_states", "", "topic whose messages hold all three drives, joints named as below; empty: a "
-                      "topic for each"),
+        COMMON_TOPIC,
         *JOINT_NAMES,
         NodeParameter("atomic_command", False, "publish one command of all drives on drives/command, instead of three"),
         AUTOSTART,
@@ -209,29 +207,11 @@ class RockingController(ManagedNode):
         self._mwd = self._sensor("mwd_tool_face", self._on_mwd)
         self._target_topic = TargetTopic(self, self._take_target)
         self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
-        self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *self._drives()]
+        drives = drive_subscriptions(self, self.values, self._joint_receiver)
+        self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *drives]
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._twin_word.take(read_statuses(message))
-
-    def _drives(self) -> list[raw_topics.SensorSubscription]:
-        """The drives' subscriptions, the top drive's last; or the one to the topic that holds them all."""
-        common = self.values["joint_states"]
-        if not common:
-            return [self._sensor(name, self._joint_receiver(name)) for name in DRIVES]
-        topic = Topic(common, JOINT_STATE)
-        receivers = [
-            raw_topics.decoding(
-                self, replace(named(TOPICS[name], self.values), name=common), self._joint_receiver(name)
-            )
-            for name in DRIVES
-        ]
-
-        def receive(data: bytes) -> None:
-            for receive_joint in receivers:
-                receive_joint(data)
-
-        return [raw_topics.SensorSubscription(self, topic, receive)]
 
     def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
         topic = named(TOPICS[name], self.values)

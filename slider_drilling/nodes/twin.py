@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
@@ -14,7 +15,8 @@ from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.clock_check import clock_offset_message
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
-from slider_drilling.nodes.joint_names import JOINT_NAMES, named
+from slider_drilling.nodes.drive_subscriptions import COMMON_TOPIC, DRIVES, drive_subscriptions
+from slider_drilling.nodes.joint_names import JOINT_NAMES
 from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
@@ -62,6 +64,7 @@ class TwinNode(ManagedNode):
         NodeParameter("forecast", _SETTINGS.forecast, "how far a forecast looks ahead; 0: no forecast", "s", 0.0,
                       300.0),
         NodeParameter("kept", _SETTINGS.kept, "samples that are kept for a diagnosis", "s", 600.0, 14400.0),
+        COMMON_TOPIC,
         *JOINT_NAMES,
         AUTOSTART,
     )  # fmt: skip
@@ -79,7 +82,9 @@ class TwinNode(ManagedNode):
         self._topics = TwinPublishers(self, noise**2)
         self._diagnostics = DiagnosticsPublisher(self, rig_name(self.values["rig"]))
         self._reported_silence = 0.0
-        self._sensors = [self._subscribe(key, channels) for key, channels in CHANNELS.items()]
+        # The drives last: they complete a second.
+        self._sensors = [self._subscribe(key) for key in CHANNELS if key not in DRIVES]
+        self._sensors += drive_subscriptions(self, self.values, self._receiver)
         steady_timer(self, ADVANCE_PERIOD, self._advance)
         trigger_service(self, "recalibrate", self._recalibrate)
         trigger_service(self, "save_rig", self._save_rig)
@@ -108,10 +113,12 @@ class TwinNode(ManagedNode):
     def apply_changes(self, changes: dict[str, object]) -> None:
         """No parameter is live."""
 
-    def _subscribe(self, key: str, channels: tuple[str, ...]) -> raw_topics.SensorSubscription:
-        topic = named(TOPICS[key], self.values)
-        take = functools.partial(self._take, key, channels)
-        return raw_topics.SensorSubscription(self, topic, raw_topics.decoding(self, topic, take))
+    def _receiver(self, key: str) -> Callable[..., None]:
+        return functools.partial(self._take, key, CHANNELS[key])
+
+    def _subscribe(self, key: str) -> raw_topics.SensorSubscription:
+        topic = TOPICS[key]
+        return raw_topics.SensorSubscription(self, topic, raw_topics.decoding(self, topic, self._receiver(key)))
 
     def _restart(self) -> None:
         """Another twin that has seen nothing yet."""

@@ -172,6 +172,17 @@ def test_inactive_twin_takes_no_sample(make_twin):
     assert node.twin.report is not None
 
 
+def test_drives_of_one_topic_are_told_apart(make_twin):
+    node = make_twin(joint_states="joint_states", top_drive_joint="quill")
+    (drives,) = [one for one in node._sensors if one.name == "joint_states"]
+    names, numbers = ("block", "quill", "mud_pump"), ((7.0, 3.0, math.nan), (0.1, 0.2, 12.0))
+    drives._receive(cdr.encode_joint_states(10**9, names, *numbers))
+    drives._receive(cdr.encode_joint_states(2 * 10**9, names, *numbers))
+    waiting = {channel: values[-1] for channel, (_, values) in node._waiting.items()}
+    assert waiting == {"top_drive_angle": 3.0, "top_drive_speed": 0.2, "block_position": 7.0, "block_speed": 0.1,
+                       "pump_speed": 12.0}  # fmt: skip
+
+
 def test_diagnosis_is_published_when_it_changes(make_twin, heard, monkeypatch):
     node = make_twin()
     feed(node, 1000.0, 6.0)
