@@ -23,7 +23,7 @@ ON_BOTTOM, OFF_BOTTOM, EITHER = "on bottom", "off bottom", "either"
 class StepLimits:
     """What a step must not exceed; a step that is about to is aborted.
 
-    What a step leaves out holds from the programme; what the programme leaves out, from the rig (`complete`).
+    What a step leaves out holds from the programme; what the programme leaves out, from the rig file.
 
     Attributes:
         right_torque: Surface torque to the right (make-up).
@@ -40,8 +40,8 @@ class StepLimits:
                                            mistaken_for=("kN",), why="in N, not kN")  # fmt: skip
     pressure: float | None = quantity("Pa", None, at_least=1e5, at_most=1.5e8, usual=(1e6, 1.5e8),
                                       mistaken_for=("bar",), why="in Pa, not bar")  # fmt: skip
-    tool_face_tolerance: float | None = quantity("rad", None, at_least=0.17, at_most=math.pi,
-                                                 why="10 deg at least: a toolface is not held closer")  # fmt: skip
+    tool_face_tolerance: float | None = quantity("rad", None, at_least=0.26, at_most=math.pi,
+                                                 why="15 deg at least: its estimate needs some")  # fmt: skip
     bit: str | None = None
 
     def over(self, wider: StepLimits) -> StepLimits:

@@ -101,7 +101,7 @@ class BlockSpeed:
     """Change the speed of the block; it holds from then on, until a pick-up, a slack-off or a slide.
 
     Attributes:
-        speed: Positive lowers.
+        speed: At which the block is lowered; 0 stops it.
         ramp: Time of the change.
     """
 
