@@ -48,6 +48,8 @@ class TableLines:
         """Print what is due."""
         with defer_signals():
             if self._last is None:
+                for remark in self._twin.remarks:
+                    self._line(f"note: {remark}")
                 self._line("gap over 60 s in noise levels (> over its threshold), trends over the rig file's values")
                 self._line("".join(name.rjust(width) for name, width in zip(_COLUMNS, _WIDTHS, strict=True)))
             if report.time >= self._next:

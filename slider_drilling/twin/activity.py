@@ -85,20 +85,20 @@ class ActivityMonitor:
         mode = self._present_mode(commands, weight_on_bit, now)
         self._follow_load(weight_on_bit, now)
         if mode != self._mode:
-            self._disturbed(now, f"the rig is {mode}" if "off" not in mode else mode)
+            self.disturb(now, f"the rig is {mode}" if "off" not in mode else mode)
             if mode in ("parked", "turning"):
                 self._valid_until = self._moved_at if mode == "parked" else self._turned_since
             self._mode = mode
         self._follow_centre(commands, now)
         idle = mode in ("off bottom", "pump off")
-        steered = now < self._steered_until
-        settled = not idle and not steered and now >= self._unsettled_until
-        why = "" if settled else mode if idle else "the centre of the rocking moves" if steered else self._unsettled
+        steered, unsettled = now < self._steered_until, now < self._unsettled_until
+        why = mode if idle else self._unsettled if unsettled else "the centre of the rocking moves" if steered else ""
+        settled = not why
         return Activity(mode, settled, why, self._period(), self._changes, self._valid_until)
 
-    def _disturbed(self, now: float, why: str) -> None:
-        assert self._unsettled_until is not None
-        if now >= self._unsettled_until:
+    def disturb(self, now: float, why: str) -> None:
+        """Take the work as unsettled from now, s, for a reason in words."""
+        if self._unsettled_until is not None and now >= self._unsettled_until:
             self._changes += 1
         self._unsettled, self._unsettled_until = why, now + _SETTLING_S
 
@@ -128,14 +128,14 @@ class ActivityMonitor:
         share = float(np.mean(commands.pump_speed)) * self._rig.mud_pump.displacement
         share /= self._rig.hydraulics.reference_flow
         if self._flow is not None and abs(share - self._flow) > _FLOW_CHANGE * max(self._flow, 0.1):
-            self._disturbed(now, "the flow has changed")
+            self.disturb(now, "the flow has changed")
             self._flow = share
         self._flow = share if self._flow is None else self._flow
 
     def _follow_block(self, commands: Commands, now: float) -> None:
         block = float(commands.block_position[-1])
         if block < self._highest - _LIFTED_M:
-            self._disturbed(now, "the string was picked up")
+            self.disturb(now, "the string was picked up")
             self._highest = block
         self._highest = max(self._highest, block)
 
@@ -149,7 +149,7 @@ class ActivityMonitor:
             loads = np.array(self._loads)
             steady = half and abs(np.mean(loads[:half]) - np.mean(loads[half:])) < _STEADY_LOAD * np.mean(loads)
             if not steady or half < _LOAD_MEMORY_S // 2:
-                self._disturbed(now, "the bit is being loaded")
+                self.disturb(now, "the bit is being loaded")
 
     def _present_mode(self, commands: Commands, weight_on_bit: float, now: float) -> str:
         if self._flow is not None and self._flow < _PUMP_ON:

@@ -19,7 +19,7 @@ _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
 _PRIOR_FREEDOM = 20.0  # samples that the population's size of the wander counts as
 _LATEST_S = 5.0  # before now, until when a change can have begun
 _RECENT_S = 180.0
-_MIN_BEFORE = 8  # values before a change
+_MIN_BEFORE = 8  # values of the same work before a change
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def likeliest_change(
         return None
     factor = np.linalg.cholesky(_covariance(time, work, window, sensitivity, covariance, wander))
     white = solve_triangular(factor, value, lower=True)
-    candidates = _candidates(time)
+    candidates = _candidates(time, work)
     if not candidates.size:
         return None
     shapes = np.concatenate([_steps(time, window, candidates), _ramps(time, window, candidates)], axis=1)
@@ -101,9 +101,15 @@ def likeliest_change(
     )  # fmt: skip
 
 
-def _candidates(time: Array) -> Array:
-    """Times at which a change may have begun: all of the last minutes, every third of those before."""
-    possible = time[_MIN_BEFORE:][time[_MIN_BEFORE:] <= time[-1] - _LATEST_S]
+def _candidates(time: Array, work: Array) -> Array:
+    """Times at which a change may have begun: all of the last minutes, every third of those before.
+
+    Each has some values of the same work before it: what an operation left behind fades in the first of them.
+    """
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(work) != 0.0) + 1])
+    index = np.arange(time.size)
+    in_work = index - begins[np.searchsorted(begins, index, side="right") - 1]
+    possible = time[(in_work >= _MIN_BEFORE) & (time <= time[-1] - _LATEST_S)]
     recent = possible >= time[-1] - _RECENT_S
     return np.concatenate([possible[~recent][::3], possible[recent]])
 

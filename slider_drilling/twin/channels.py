@@ -38,8 +38,14 @@ READING_RANGES = {name: _QUANTITIES[name].physical_range for name in CHANNELS}
 SURFACE = ("surface_torque", "hook_load", "standpipe_pressure")
 
 
+_ASSUMED_NOISE = {"surface_torque": 50.0, "hook_load": 1e3, "standpipe_pressure": 1e4, "tool_face": 0.01}
+
+
 def declared_noise(rig: Rig, channel: str) -> float:
-    """Standard deviation of a compared channel's noise, as the rig file declares it: noise and rounding."""
+    """Standard deviation of a compared channel's noise: noise and rounding that the rig file declares.
+
+    Where it declares none, what a good sensor has: the gap is counted in it.
+    """
     sensors = rig.sensors
     sensor = sensors.mwd if channel == "tool_face" else getattr(sensors, channel)
-    return float((sensor.noise**2 + sensor.resolution**2 / 12.0) ** 0.5)
+    return float((sensor.noise**2 + sensor.resolution**2 / 12.0) ** 0.5) or _ASSUMED_NOISE[channel]

@@ -15,6 +15,8 @@ from slider_drilling.twin.samples import Array
 
 _ROWS = {name: row for row, name in enumerate(COMPARED)}
 _STEADY_S = 60.0  # over which the block's speed is averaged
+_STEERING_KEPT = 0.5  # of the centre's motion from one rocking period to the next
+_JOINED_S = 1.0  # in which the repeated motion joins the present one
 _TOLERANCE = 0.15  # of the period, within which the repetition that fits best is sought
 
 
@@ -63,9 +65,12 @@ def _drive(past: Commands, period: float | None, steps: NDArray[np.int_], interv
     if lag is None:
         return angle[-1] + speed[-1] * interval * steps, np.full(steps.size, speed[-1])
     repeats, within = np.divmod(steps - 1, lag)
-    drift = angle[-1] - angle[-1 - lag]
     rows = angle.size - lag + within
-    return angle[rows] + (repeats + 1) * drift, speed[rows]
+    # The centre's own motion fades: steering ends within a few periods. A lag of whole samples leaves a small jump.
+    drift = float(np.mean(angle[-lag:]) - np.mean(angle[-2 * lag : -lag]))
+    moved = drift * (1.0 - _STEERING_KEPT ** (repeats + 1)) / (1.0 - _STEERING_KEPT) * _STEERING_KEPT
+    jump = float(angle[-1] + speed[-1] * interval - angle[-lag] - drift * _STEERING_KEPT)
+    return angle[rows] + moved + jump * np.exp(-interval * steps / _JOINED_S), speed[rows]
 
 
 def best_lag(angle: Array, period: float, interval: float) -> int | None:

@@ -14,6 +14,7 @@ from slider_drilling.twin.channels import COMPARED, DRIVING
 from slider_drilling.twin.samples import Array, SampleBuffer
 
 _BEFORE_S = 10.0  # of samples before the first grid point, so that a motion is joined smoothly
+_MISSING_S = 5.0  # between samples of the top drive, beyond which its motion is not known
 _MIN_PUMP = 0.3  # of the reference flow, that a pump which nobody logs is taken to give at least while it runs
 
 
@@ -52,6 +53,12 @@ class DriveMotion:
         angle, speed = self._joint("top_drive_angle", "top_drive_speed", grid, self._rig.top_drive.max_acceleration)
         block, block_speed = self._joint("block_position", "block_speed", grid, None)
         return Commands(grid, angle, speed, block, block_speed, self._pump(grid))
+
+    def missing(self, grid: Array) -> bool:
+        """Whether samples of the top drive are missing for long at these times (n,), s."""
+        time = max(self._drive(), key=len).time
+        around = time[max(int(np.searchsorted(time, grid[0])) - 1, 0) : int(np.searchsorted(time, grid[-1])) + 1]
+        return bool(np.max(np.diff(around), initial=0.0) > _MISSING_S or around.size == 0 or time[-1] < grid[0])
 
     def _drive(self) -> list[SampleBuffer]:
         return [self._buffers["top_drive_angle"], self._buffers["top_drive_speed"]]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring import InitialState
 from slider_drilling.errors import InputError
+from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import Activity, ActivityMonitor
@@ -33,6 +34,7 @@ from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.settings import TwinSettings
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
+from slider_drilling.twin.unlogged_block import BlockFromPressure
 
 _REPORT_S = 1.0
 _HISTORY_S = 400.0
@@ -51,6 +53,7 @@ class Twin:
 
     Attributes:
         report: The latest; None before the first second.
+        remarks: What stands for channels that the rig does not send, one sentence each.
     """
 
     def __init__(self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None) -> None:
@@ -64,6 +67,9 @@ class Twin:
         self._history = History(_HISTORY_S)
         self._log = DetectionLog()
         self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log)
+        self._integrated: set[str] = set()  # positions that are integrals of speeds
+        self._block: BlockFromPressure | None = None
+        self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
         self._detector: ChangeDetector | None = None
         self._next = math.nan  # s, the first grid time that is not simulated yet
@@ -71,6 +77,7 @@ class Twin:
         self._seconds = 0
         self._forecast: Forecast | None = None
         self.report: TwinReport | None = None
+        self.remarks: tuple[str, ...] = ()
 
     @property
     def detections(self) -> tuple[Detection, ...]:
@@ -172,14 +179,21 @@ class Twin:
 
     def _step(self, grid: Array) -> TwinReport:
         for position, speed in (("top_drive_angle", "top_drive_speed"), ("block_position", "block_speed")):
-            if not len(self._buffers[position]):
+            if position in self._integrated or not len(self._buffers[position]):
                 add_speed_integral(self._buffers, position, speed)
-        commands = self._motion.commands(grid)
+                self._integrated.add(position)
         learner = self._learner = self._learner or self._new_learner(float(grid[0]))
         measured = {name: self._comparison.measured(name, grid) for name in SURFACE}
+        commands = self._motion.commands(grid)
+        if self._block is not None:
+            weight = learner.follower.weight_on_bit
+            commands = self._block.with_block(commands, measured["standpipe_pressure"], weight)
+            measured["standpipe_pressure"] = np.full(grid.shape, np.nan)  # it has been used
         followed = learner.advance(commands, measured["surface_torque"])
         self._history.add(followed, commands)
-        activity = self._activity.update(commands, learner.follower.weight_on_bit)
+        if self._motion.missing(grid):
+            self._activity.disturb(float(grid[-1]), "samples of the top drive are missing")
+        activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.weight_on_bit)
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
             self._history.clear()
             self._detector = ChangeDetector(learner.covariance)
@@ -194,15 +208,28 @@ class Twin:
         return self.report
 
     def _new_learner(self, begin: float) -> Learner:
+        self._note_missing_channels()
         first = recorded_log(self._buffers, self.rig, begin, begin + _FIRST_S)
         interval = self.settings.interval
         grid: Array = begin + interval * np.arange(round(_FIRST_S / interval), dtype=float)
         start = infer_initial_state(first, self.rig, self._motion.commands(grid))
         return Learner(self._parameters, self._noise, self.settings.learning, lambda v: self._plants(start, v))
 
+    def _note_missing_channels(self) -> None:
+        """Choose what stands for a block that is not sent, and say it."""
+        if len(self._buffers["block_position"]) or len(self._buffers["block_speed"]):
+            return
+        if len(self._buffers["standpipe_pressure"]):
+            self._block = BlockFromPressure(self.rig)
+            self.remarks = ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
+        else:
+            self._off_bottom = True
+            self._plant_rig = replace(self.rig, bit=replace(self.rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
+            self.remarks = ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
-        follower = Follower(self.rig, self._parameters, s.elements, s.interval, s.observer_gain, start)
+        follower = Follower(self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, start)
         follower.move_centre(values)
         return follower
 
@@ -229,7 +256,7 @@ class Twin:
         expected = found.at(values)
         innovation = np.full_like(expected, np.nan)
         for row, name in enumerate(COMPARED):
-            if name in SURFACE:
+            if name in SURFACE and not (name == "standpipe_pressure" and self._block is not None):
                 innovation[:, row] = self._comparison.measured(name, found.time) - expected[:, row]
         return features(innovation, expected, found.sensitivity, self._noise)
 

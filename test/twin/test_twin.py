@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,8 @@ def _feed(twin, log, until):
             ("block_speed", log.draw_works, "velocity"), ("hook_load", log.draw_works, "effort"),
             ("standpipe_pressure", log.standpipe_pressure, "value"), ("pump_speed", log.mud_pump, "velocity"),
         ):  # fmt: skip
+            if series is None:
+                continue
             rows = (series.time >= second) & (series.time < second + 1.0)
             twin.add(name, series.time[rows], getattr(series, array)[rows])
         yield from twin.advance()
@@ -32,3 +36,61 @@ def test_unknown_channel_is_refused(repository):
     twin = Twin(load_rig(repository / "config" / "rig.short.yaml"))
     with pytest.raises(InputError, match="twin: torque: no such channel"):
         twin.add("torque", 0.0, 1.0)
+
+
+def test_rig_without_block_follows_the_pressure(shared_data):
+    log = read_log(shared_data / "logs" / "nominal_short.mcap")
+    twin, whole = Twin(log.rig()), Twin(log.rig())
+    for _ in zip(_feed(twin, replace(log, draw_works=None), 100.0), _feed(whole, log, 100.0), strict=False):
+        pass
+    weight = whole._learner.follower.weight_on_bit
+    assert weight > 1e4
+    assert twin._learner.follower.weight_on_bit == pytest.approx(weight, rel=0.3)
+    assert "the block is not sent" in twin.remarks[0]
+
+
+def test_torque_alone_is_compared_off_bottom(shared_data):
+    log = read_log(shared_data / "field" / "well_c_2506m.mcap", next((shared_data / "field").glob("*.yaml"), None))
+    twin = Twin(log.rig())
+    reports = list(_feed(twin, log, 60.0))
+    assert set(reports[-1].channels) == {"surface_torque"}
+    assert "bit is taken to be off bottom" in twin.remarks[0]
+    assert np.isfinite(reports[-1].channels["surface_torque"].gap_10)
+
+
+def test_late_and_shuffled_samples_change_nothing(shared_data):
+    log = read_log(shared_data / "logs" / "nominal_short.mcap")
+    gaps = []
+    for shuffled in (False, True):
+        twin, random = Twin(log.rig()), np.random.default_rng(0)
+        for begin in np.arange(0.0, 40.0, 1.0):
+            rows = np.flatnonzero((log.top_drive.time >= begin) & (log.top_drive.time < begin + 1.0))
+            works = np.flatnonzero((log.draw_works.time >= begin) & (log.draw_works.time < begin + 1.0))
+            if shuffled:
+                random.shuffle(rows)
+            drive, block = log.top_drive, log.draw_works
+            twin.add("top_drive_angle", drive.time[rows], drive.position[rows])
+            twin.add("top_drive_speed", drive.time[rows], drive.velocity[rows])
+            twin.add("surface_torque", drive.time[rows], drive.effort[rows])
+            twin.add("block_position", block.time[works], block.position[works])
+            twin.advance()
+        twin.finish()
+        gaps.append(twin.report.channels["surface_torque"].gap_10)
+    assert gaps[0] == gaps[1]
+
+
+def test_lost_samples_are_said(shared_data):
+    log = read_log(shared_data / "logs" / "nominal_short.mcap")
+    drive = log.top_drive
+    kept = (drive.time < 30.0) | (drive.time > 45.0)
+    lost = replace(drive, **{name: getattr(drive, name)[kept] for name in
+                             ("time", "arrival", "position", "velocity", "effort")})  # fmt: skip
+    notes = {round(report.time): report.note for report in _feed(Twin(log.rig()), replace(log, top_drive=lost), 60.0)}
+    assert notes[40] == "samples of the top drive are missing"
+    assert notes[55] == "samples of the top drive are missing"
+
+
+def test_impossible_readings_are_left_out(repository):
+    twin = Twin(load_rig(repository / "config" / "rig.short.yaml"))
+    twin.add("standpipe_pressure", [0.0, 1.0, 2.0], [1.8e7, -9.99e9, 1.9e7])
+    assert twin._buffers["standpipe_pressure"].value.tolist() == [1.8e7, 1.9e7]

@@ -1,0 +1,57 @@
+"""The block of a rig that does not send it: lowered so that the simulated bit carries what the pressure shows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.rig import Rig
+from slider_drilling.twin.samples import Array
+
+_TIME_S = 20.0  # in which a wrong weight on bit is made up for; weight on bit follows a block no faster
+_MAX_SPEED = 0.05  # m/s
+
+
+class BlockFromPressure:
+    """Second by second: drilled depth under the weight that the pressure shows, and what is missing of that weight.
+
+    See `slider_drilling.log_inputs.reconstruct_block` for a whole log.
+
+    Args:
+        rig: The rig file.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._position = 0.0
+
+    def with_block(self, commands: Commands, pressure: Array, weight_on_bit: float) -> Commands:
+        """The commands with a block.
+
+        Args:
+            commands: Of the last second, (n,).
+            pressure: At the standpipe, Pa, (n,), NaN where it was not measured.
+            weight_on_bit: Of the plant now, N.
+        """
+        rate = self._rate(float(np.mean(commands.pump_speed)), pressure, weight_on_bit)
+        interval = float(commands.time[1] - commands.time[0])
+        block: Array = self._position + rate * interval * np.arange(1.0, commands.time.size + 1.0)
+        self._position = float(block[-1])
+        return Commands(
+            commands.time, commands.top_drive_angle, commands.top_drive_speed, block, np.full(block.shape, rate),
+            commands.pump_speed,
+        )  # fmt: skip
+
+    def _rate(self, pump: float, pressure: Array, weight_on_bit: float) -> float:
+        """m/s at which the block is lowered."""
+        motor, rig = self._rig.motor, self._rig
+        flow = pump * rig.mud_pump.displacement
+        if flow <= 0.0 or not np.isfinite(pressure).any():
+            return 0.0
+        circulating = rig.circulating_pressure * (flow / rig.hydraulics.reference_flow) ** 1.8
+        of_motor = float(np.clip(np.nanmean(pressure) - circulating, 0.0, motor.pressure_at_stall))
+        weight = of_motor * motor.torque_per_pressure / rig.bit.lever
+        turns = flow / motor.displacement * (1.0 - motor.leak * (of_motor / motor.max_pressure) ** 2)
+        drilled = weight * max(turns, 0.0) / rig.bit.depth_of_cut_stiffness
+        missing = (weight - weight_on_bit) / rig.string.axial_stiffness
+        return float(np.clip(drilled + missing / _TIME_S, -_MAX_SPEED, _MAX_SPEED))
