@@ -11,7 +11,7 @@ from slider_drilling.pages import Bars, Chart, Headline, Page, Panel, Section, T
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
 from slider_drilling.rig import Rig
-from slider_drilling.units import Text
+from slider_drilling.units import Text, displayed, sentence
 
 SCHEMA = "slider_drilling/investigation/1"
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
@@ -69,7 +69,7 @@ def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
         weights = np.array([
             sum(each["weight"] for each in r.diagnosis["explanations"] if _name(each) == name) for r in rounds
         ])  # fmt: skip
-        marks.append(Bars(name, places, weights, base=base.copy(), text=tuple(_percent(w) for w in weights)))
+        marks.append(Bars(name, places, weights, base=base.copy()))
         base = base + weights
     text = "The probability of each explanation that was fitted, by how well it predicts held-out data."
     return (text, Chart("Explanations", "", (Panel("probability", tuple(marks), limits=(0.0, 1.02)),)))
@@ -77,10 +77,6 @@ def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
 
 def _name(explanation: dict[str, Any]) -> str:
     return " and ".join(each.replace("_", " ") for each in explanation["effects"]) or "calibration alone"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if share >= 0.005 else ""
 
 
 def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
@@ -96,7 +92,8 @@ def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
         first = next(row for row in own if row is not None)
         cells = ["named" if row is None else f"{100.0 * row['power_without']:.0f} %" for row in own]
         end = "named" if own[-1] is None else f"{100.0 * own[-1]['power_with']:.0f} %"
-        rows.append((name.replace("_", " "), f"{first['parameter']} {first['usual']:.2g} {first['unit']}", *cells, end))
+        usual = sentence(f"{first['parameter'].replace('_', ' ')} ", displayed(first["usual"], first["unit"], 2))
+        rows.append((name.replace("_", " "), usual, *cells, end))
     heads = tuple(f"after log {each.number}" for each in planned)
     caption = (
         "Probability that an effect of a usual size is named: with the logs so far, and with the last test planned"
