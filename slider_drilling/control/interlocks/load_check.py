@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from slider_drilling.control.estimation.load_evidence import RATE_WINDOW, LoadChange, LoadEvidence, LoadSample
 
 _TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
-_SAFE_SIDE = 2.5            # times that, where torque stands for less than pressure: the weight is then too small
-_UNKNOWN_SCALE = 0.3        # share of the target torque besides, until the reference period has ended
+_SAFE_SIDE = 2.0            # times that, where torque stands for less than pressure: the weight is then too small
+_UNKNOWN_SCALE = 0.6        # share of the target torque besides, until the reference period has ended: a held bit
 _LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
 _CONFIRM_TIME = 20.0        # s of contradiction, less a quarter of those without, before it counts
 _FORGET_SHARE = 0.25
@@ -24,8 +24,8 @@ _MAX_DOUBT_SHARE = 0.15     # of the target torque: the most that a turning or w
 _REFERENCE_ERROR, _REFERENCE_SHARE = math.radians(8.0), 0.15
 _SETTING_ERROR = math.radians(30.0)   # rad of toolface; the torque of a string that is being turned says little
 _ONSET_SHARE = 0.3          # of the tolerance, at which a contradiction begins
-_CLEAR = 1.0   # difference of squared misfits, below which the more dangerous cause is named: lost pressure
-_HOOK_SIGMA, _RATE_SIGMA = 10e3, 0.12   # N of drag; share of the weight that other rock makes in the rate
+_CLEAR = 0.5   # difference of squared misfits, below which the more dangerous cause is named: lost pressure
+_HOOK_SIGMA, _RATE_SIGMA = 20e3, 0.12   # N of drag; share of the weight that other rock makes in the rate
 # Drag outside of these is none that pipe can have, so the hook load is wrong: least, as a share of the target weight
 # (drag is never negative, but the weight by pressure may be too large by twice the spread of motors and bits); most, as
 # a share of the drag of a string that does not rotate; and besides, N.
@@ -122,7 +122,8 @@ class LoadCheck:
         self._averages: tuple[float, float, float, float] | None = None   # N: pressure, hook load; quick, slow
         self._sudden_from = (math.nan, math.nan)   # N, of pressure and hook load before a sudden change
         self._hook_jump_left = 0.0   # s for which a jump of the hook load is remembered
-        self._rate_hidden = 0.0      # s for which the rate still shows that lowering was stopped
+        # s for which rate, or rate and hook load, still show that lowering was slowed or stopped.
+        self._rate_hidden = self._stopped_left = 0.0
 
     @property
     def holds(self) -> bool:
@@ -145,7 +146,8 @@ class LoadCheck:
         """
         self.weight = self.evidence.by_hook_load(smooth_deficit)
         highest = max((weight for weight in (self.weight, self._by_torque) if math.isfinite(weight)), default=0.0)
-        self._rate_hidden = RATE_WINDOW if self.over_limit or self.holds else self._rate_hidden - step
+        self._rate_hidden -= step
+        self._stopped_left = RATE_WINDOW if self.over_limit or self.holds else self._stopped_left - step
         self.over_limit = highest > (_RELEASE_SHARE if self.over_limit else 1.0) * self.limit
         if step <= 0.0 or not (math.isfinite(hook_deficit) and math.isfinite(pressure_weight)):
             return
@@ -201,7 +203,7 @@ class LoadCheck:
         sure = _TORQUE_SIGMAS + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
         # Torque that winds the string to the right stands for more than pressure, to the left for less.
         self.tolerance = sure + min(max(winding, 0.0), most)
-        self.tolerance_below = _SAFE_SIDE * (sure + min(max(-winding, 0.0), most))
+        self.tolerance_below = _SAFE_SIDE * sure + min(max(-winding, 0.0), most)
         turning = abs(conditions.error) > _SETTING_ERROR
         if abs(conditions.error) > _REFERENCE_ERROR:   # the load waits for the toolface, so the rate says little
             self._rate_hidden = RATE_WINDOW
@@ -259,7 +261,9 @@ class LoadCheck:
             figures += (f"; weight since then by torque {change.torque / 1e3:+.0f} kN, by pressure "
                         f"{change.pressure / 1e3:+.0f} kN, by hook load {change.hook_load / 1e3:+.0f} kN, by rate "
                         f"{change.rate / 1e3:+.0f} kN")
-            if self._rate_hidden > 0.0:
+            if self._stopped_left > 0.0:
+                change = replace(change, rate=math.nan, hook_load=math.nan)
+            elif self._rate_hidden > 0.0:
                 change = replace(change, rate=math.nan)
             by_torque, by_pressure = (
                 _misfit(change, weight, self.target_weight) for weight in (change.torque, change.pressure))
