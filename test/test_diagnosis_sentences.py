@@ -106,6 +106,7 @@ def test_fed_back_errors_are_told_from_free_runs():
     assert "toolface error, predicted from the surface torque measured so far, falls from 118 deg" in says(worn)
     assert "(in one free simulation of the whole log from " in says(worn)
     assert "E with the measured surface torque fed back " in technical_summary(worn)
+    assert "measured surface torque is fed back weakly" in page_html(report_page(worn), SI)
     assert "fed back" not in technical_summary(worn_motor()) and "free simulation" not in says(worn_motor())
 
 

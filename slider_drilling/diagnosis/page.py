@@ -89,9 +89,22 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
         return []
     about = _ABOUT_E if diagnosis.change is None else _ABOUT_E_OF_CHANGE
     stages = waterfall(gap, bool(diagnosis.effects), diagnosis.stage_names)
-    items: list[Text | Chart | Table] = [about, stages, _channels(diagnosis, gap), *_whole_runs(diagnosis)]
+    items: list[Text | Chart | Table] = [about, *_feedback(diagnosis), stages, _channels(diagnosis, gap)]
+    items += _whole_runs(diagnosis)
     title = "How large the gap is" if diagnosis.change is None else "How large the difference is"
     return [Section(title, (*items, *prediction_horizon(diagnosis)))]
+
+
+def _feedback(diagnosis: Diagnosis) -> list[Text]:
+    """What is true only while a measured channel is fed back."""
+    if diagnosis.fed_back is None:
+        return []
+    channel = plain_name(diagnosis.fed_back)
+    return [
+        f"E and the errors by channel are those of runs into which the measured {channel} is fed back weakly: "
+        f"predictions from the {channel} measured so far. What a simulation does without it is in the table of free simulations; "
+        "the tuned rig file has the parameters whose free simulation is best."
+    ]
 
 
 def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:

@@ -160,7 +160,9 @@ def _unknown(diagnosis: Diagnosis, gap: Gap) -> Sentence:
     channel = _worst_channel(gap, "tuned")
     if channel is not None:
         errors = gap.rms[channel]
-        parts.append(sentence(" (", displayed(errors.tuned, errors.unit, 2), f" of {plain_name(channel)})"))
+        fed = diagnosis.fed_back
+        feedback = "" if fed is None else f", predicted from the {plain_name(fed)} measured so far"
+        parts.append(sentence(" (", displayed(errors.tuned, errors.unit, 2), f" of {plain_name(channel)}{feedback})"))
     if diagnosis.site is not None:
         parts.append(f". Most of it points at {SITES.get(diagnosis.site, diagnosis.site)}")
     if diagnosis.residual_shape is not None:

@@ -27,12 +27,10 @@ from slider_drilling.process.parallel_map import parallel_map
 
 # Parts of a run that are fitted one after the other.
 _HORIZONS = np.arange(0.24, 1.001, 0.04)
-# Points at which the first part is simulated, and how many of them are followed at first and at last.
-_POINTS, _FIRST, _LAST = 512, 48, 4
+# Points at which the first part is simulated; how many of them are followed at first, by parameter, and at last.
+_POINTS, _FIRST, _LAST = 512, 4, 6
 # Share of the fits that the next part begins from; iterations on each part.
 _KEPT, _ITERATIONS = 0.75, 5
-# Part up to which the cheapest simulation is used, while many fits are followed.
-_CHEAP = 0.5
 # How far beyond what is scanned of an effect alone its parameters are looked for beside others.
 _WIDER = 3.0
 _BATCH = 64
@@ -93,12 +91,13 @@ def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: V
 
 def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> list[dict[str, float]]:
     """Values of fits that followed their optimum from the first part of the runs to the whole."""
-    finest, parameters = fit_fidelity(model.problem.model), model.fit.parameters
+    # Cheaper simulations lead astray: a coarse mesh sticks and slips at other times.
+    fidelity, parameters = fit_fidelity(model.problem.model), model.fit.parameters
     scattered = _scattered(state, model)
     residuals = _rms(_free_problem(state, _HORIZONS[0], 0), scattered)
-    points = [*starts, *(scattered[index] for index in np.argsort(residuals)[: _FIRST - len(starts)])]
+    points = [*starts, *(scattered[index] for index in np.argsort(residuals)[: _FIRST * len(parameters)])]
     for horizon in _HORIZONS:
-        part = _free_problem(state, horizon, finest if horizon > _CHEAP else 0)
+        part = _free_problem(state, horizon, fidelity)
 
         def advance(start: Values, part: Problem = part) -> tuple[float, dict[str, float]]:
             found = fit(part, parameters, start, iterations=_ITERATIONS)
