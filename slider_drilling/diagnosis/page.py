@@ -102,8 +102,8 @@ def _feedback(diagnosis: Diagnosis) -> list[Text]:
     channel = plain_name(diagnosis.fed_back)
     return [
         f"E and the errors by channel are those of runs into which the measured {channel} is fed back weakly: "
-        f"predictions from the {channel} measured so far. What a simulation does without it is in the table of free simulations; "
-        "the tuned rig file has the parameters whose free simulation is best."
+        f"predictions from the {channel} measured so far. What a simulation does without it is in the table of free "
+        "simulations; the tuned rig file has the parameters whose free simulation is best."
     ]
 
 
