@@ -18,6 +18,7 @@ ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer re
 BEFORE_S = 420.0  # of samples from before a change
 MARGIN_S = 5.0  # around a change, which belong to neither
 MIN_AFTER_S = 40.0
+_RECENT_S = 300.0  # that are compared with what was before, where nothing was detected
 
 
 class Diagnoser:
@@ -82,7 +83,7 @@ class Diagnoser:
         if self._ask is None:
             return
         self._background = self._background or BackgroundDiagnosis()
-        since = now - BEFORE_S if detection is None else detection.since
+        since = self._middle(now) if detection is None else detection.since
         if now - since < MIN_AFTER_S:
             since = now - MIN_AFTER_S
         before = recorded_log(self._buffers, self._rig, since - BEFORE_S, since - MARGIN_S)
@@ -90,6 +91,12 @@ class Diagnoser:
         after = recorded_log(self._buffers, self._rig, begin, now)
         self._asked_for = None if detection is None else detection.number
         self._background.start(Question(self._ask, before, after, self._rig, since - begin))
+
+    def _middle(self, now: float) -> float:
+        """s from which on the recent samples are compared with those before, where nothing was detected."""
+        time = self._buffers["top_drive_angle"].time
+        kept = now - float(time[0]) if time.size else 0.0
+        return now - min(_RECENT_S, 0.5 * kept)
 
     def _take(self, background: BackgroundDiagnosis, now: float) -> None:
         answer = background.poll()
