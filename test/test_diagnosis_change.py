@@ -70,6 +70,7 @@ def test_lost_motor_torque_is_the_change(baseline, logs):
     assert loss.interval[0] <= 0.15 <= loss.interval[1]
     assert found.change.explained > 0.8
     assert str(summary(found)).startswith("What is different since 1200 s (1190 to 1210 s): the motor gives 1")
+    assert "less torque per pressure than before" in str(summary(found))
 
 
 def test_washout_is_named_and_in_tuned_rig(baseline, logs):

@@ -16,11 +16,14 @@ from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.gap.search.least_squares import Fit
 
-# Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. On slides of foreign
-# plants in which nothing changed, the best physical candidate gained less (docs/reference/accuracy.md).
-MIN_EVIDENCE, MIN_SUSPICION = 40.0, 20.0
+# Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. A likelihood ratio of that
+# size is beyond chance; without a change, only the model's own error in a manoeuvre that the baseline lacks exceeds it.
+MIN_EVIDENCE, MIN_SUSPICION = 50.0, 20.0
 # Candidates are indistinguishable within this gain, or this share of the best one's.
-_SAME_GAIN, _SAME_SHARE = 12.0, 0.12
+_SAME_GAIN, _SAME_SHARE = 12.0, 0.2
+# E that a named change may leave, relative to calibration without it; and share of the difference that it explains at
+# least.
+_NO_WORSE, _MIN_EXPLAINED = 1.05, 0.7
 # Names that one answer may hold together. More say only that something is different.
 _MAX_GROUP = 3
 # E, in units of what the baseline left, up to which a log is as the baseline was.
@@ -56,7 +59,7 @@ class ChangeAnswer:
         verdict: As of a diagnosis: ``none``, ``parameters``, ``effect``, ``effect_and_unknown`` or ``unknown``.
         named: The candidate that is named, None without any.
         group: Candidates that the log cannot distinguish from it.
-        suspected: Candidates with some evidence that are not named.
+        suspected: Candidates with some evidence that are not named, those of the group first.
         site: Where it acts.
         moved: Calibrated numbers that changed, by name.
         explained: Share of the difference that the answer explains, None without a difference or an answer.
@@ -89,30 +92,42 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         seed: Of the bootstrap.
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    different, still = (largest_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    supported = [each for each in search.tried if each.gain >= MIN_EVIDENCE and is_meant(each)]
-    group = _indistinguishable(supported)
-    named = group[0] if 0 < len(group) <= _MAX_GROUP and different > SAME_AS_BEFORE else None
+    group = _indistinguishable([each for each in search.tried if not why_unsupported(each, unchanged, calibrated)])
+    different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
+    named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
-    moved = moved_parameters(search, final, baseline)
-    if named is not None:
-        left = largest_gap(named.problem, named.fit.residual)
-        verdict = "effect" if left <= SAME_AS_BEFORE else "effect_and_unknown"
-    elif different <= SAME_AS_BEFORE:
-        verdict = "none"
-    elif still <= SAME_AS_BEFORE:
-        verdict = "parameters" if moved else "none"
-    else:
-        verdict = "unknown"
+    verdict = _verdict(search, named, different)
     explained, interval = None, None
     if verdict in ("parameters", "effect", "effect_and_unknown"):
         explained, interval = share_explained(search.problem, search.unchanged.residual, final.residual, seed)
     others = [each for each in search.tried if each.gain >= MIN_SUSPICION and each.effect.is_physical(each.fit.values)]
     names = tuple(each.effect.name for each in group) if named else ()
-    suspected = tuple(each.effect.name for each in others if each.effect.name not in names) if verdict != "none" else ()
-    site = named.effect.site if named else _likely_site(others, verdict)
-    gaps = (unchanged, calibrated, None if named is None else named.gap)
-    return ChangeAnswer(verdict, named, names[1:], suspected, site, moved, explained, interval, gaps)
+    evident = [name for name in (*names, *(each.effect.name for each in others)) if name not in names[:1]]
+    return ChangeAnswer(
+        verdict=verdict,
+        named=named,
+        group=names[1:],
+        suspected=tuple(dict.fromkeys(evident)) if different else (),
+        site=named.effect.site if named else _likely_site(others, verdict),
+        moved=moved_parameters(search, final, baseline),
+        explained=explained,
+        interval=interval,
+        gaps=(unchanged, calibrated, None if named is None else named.gap),
+    )
+
+
+def _verdict(search: ChangeSearch, named: TriedChange | None, different: bool) -> str:
+    if named is not None:
+        enough = largest_gap(named.problem, named.fit.residual) <= SAME_AS_BEFORE
+        return "effect" if enough else "effect_and_unknown"
+    if not different:
+        return "none"
+    return "parameters" if largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE else "unknown"
+
+
+def _share_of_gap(before: float, after: float) -> float:
+    """Share of the difference that is explained; 1 where there was none to explain."""
+    return 1.0 if before <= 1.0 else 1.0 - (after**2 - 1.0) / (before**2 - 1.0)
 
 
 def largest_gap(problem: Problem, residual: Array) -> float:
@@ -124,6 +139,27 @@ def largest_gap(problem: Problem, residual: Array) -> float:
 
 def _counts_by_itself(piece: Piece) -> bool:
     return piece.channel.time.size >= _MIN_SAMPLES and not piece.channel.accumulates
+
+
+def why_unsupported(tried: TriedChange, unchanged: float, calibrated: float) -> str:
+    """Why a candidate may not be named, empty if it may.
+
+    Args:
+        tried: The candidate.
+        unchanged: E of the baseline's model.
+        calibrated: E of calibration alone.
+    """
+    if tried.gain < MIN_EVIDENCE:
+        return "explains no more than chance and the model's own error may"
+    if not tried.effect.is_physical(tried.fit.values):
+        return f"its fitted value is not physical: it would be {tried.effect.nonphysical}"
+    if not is_meant(tried):
+        return "too small: by less than anybody would act on"
+    if tried.gap > _NO_WORSE * max(calibrated, 1.0):
+        return "leaves a larger error than calibration alone"
+    if _share_of_gap(unchanged, tried.gap) < _MIN_EXPLAINED:
+        return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
+    return ""
 
 
 def is_meant(tried: TriedChange) -> bool:

@@ -8,12 +8,11 @@ import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.change_answer import (
-    MIN_EVIDENCE,
     SAME_AS_BEFORE,
     ChangeAnswer,
     changed_model,
-    is_meant,
     share_explained,
+    why_unsupported,
 )
 from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, all_values
 from slider_drilling.diagnosis.result import (
@@ -37,8 +36,6 @@ from slider_drilling.rig import Rig
 from slider_drilling.units import Text
 
 _NOT_FITTED = "scanned only: other changes promised more"
-_NO_EVIDENCE = "explains no more than chance and the model's own error may"
-_TOO_SMALL = "too small: by less than anybody would act on"
 
 
 def change_diagnosis(
@@ -107,22 +104,13 @@ def _ranking(search: ChangeSearch, answer: ChangeAnswer) -> tuple[RankedEffect, 
 
 def _ranked(search: ChangeSearch, answer: ChangeAnswer, tried: TriedChange) -> RankedEffect:
     named = tried is answer.named
-    failed = _failure(tried)
+    failed = why_unsupported(tried, *answer.gaps[:2])
     closed, interval = share_explained(search.problem, search.calibrated.residual, tried.fit.residual)
     why_not = () if named else (failed or _why_not(tried, answer),)
     return RankedEffect(
         tried.effect.name, tried.effect.site, not failed, named, why_not, closed, interval, _effect_parameters(tried),
         answer.group if named else (),
     )  # fmt: skip
-
-
-def _failure(tried: TriedChange) -> str:
-    """Why a candidate may not be named, empty if it may."""
-    if tried.gain < MIN_EVIDENCE:
-        return _NO_EVIDENCE
-    if not tried.effect.is_physical(tried.fit.values):
-        return f"its fitted value is not physical: it would be {tried.effect.nonphysical}"
-    return "" if is_meant(tried) else _TOO_SMALL
 
 
 def _why_not(tried: TriedChange, answer: ChangeAnswer) -> str:

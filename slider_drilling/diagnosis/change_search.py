@@ -9,6 +9,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.rig_changes import changes_of_number
 from slider_drilling.diagnosis.usual_error import usual_gap
 from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -18,6 +19,8 @@ from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_
 
 # Candidates that are fitted, of all that are scanned; the first of them from two starts.
 _FITTED, _FROM_TWO_STARTS = 6, 3
+_BOTH_SHAPES = 2  # of the best candidates are fitted as a step and as a ramp
+_MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
 _TWISTS = (0.0, -4.0)  # rad, of the string at the start
 
 
@@ -76,12 +79,39 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
     unchanged = _fit_start(problem)
     calibrated = fit(problem, parameters_of(problem, ()), unchanged.values)
     entries, scanned = _scan(problem, calibrated, model, baseline.chance_gains)
+    first = _moved_numbers(calibrated, model)
+    names = {each.effect.name for each in first}
+    entries = [(each, False) for each in first] + [entry for entry in entries if entry[0].effect.name not in names]
     tried = [
         _fit_change(problem, calibrated, each, growing, rank < _FROM_TWO_STARTS, baseline.chance_gains)
-        for rank, (each, growing) in enumerate(entries[:_FITTED])
+        for rank, (each, growing) in enumerate(entries[: _FITTED + len(first)])
     ]
     tried.sort(key=lambda each: -each.gain)
+    for index, each in enumerate(tried[:_BOTH_SHAPES]):
+        other = ScreenedEffect(each.effect, each.gain, (each.fit.values,))
+        tried[index] = max(
+            (each, _fit_change(problem, calibrated, other, not each.growing, False, baseline.chance_gains)),
+            key=lambda one: one.gain,
+        )
+    tried.sort(key=lambda each: -each.gain)
     return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def _moved_numbers(calibrated: Fit, model: ChangedString) -> list[ScreenedEffect]:
+    """Changes of the rig's numbers for which calibration has moved: their fits start from there, the number unmoved."""
+    by_name = {effect.name: effect for effect in model.effects}
+    starts = []
+    for parameter in calibrated.parameters:
+        moved = calibrated.values[parameter.name] - parameter.nominal
+        if abs(moved) < _MOVED * parameter.spread or parameter.nominal == 0.0:
+            continue
+        for name, share in changes_of_number(parameter.name, moved / parameter.nominal).items():
+            effect = by_name.get(name)
+            if effect is not None:
+                start = calibrated.values | {parameter.name: parameter.nominal, effect.parameters[0].name: share}
+                start |= effect.values((share, *effect.scan[0][1:]))
+                starts.append(ScreenedEffect(effect, 0.0, (start,)))
+    return list({each.effect.name: each for each in starts}.values())
 
 
 def _fit_start(problem: Problem) -> Fit:

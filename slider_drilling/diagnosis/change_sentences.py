@@ -14,6 +14,8 @@ _PLAIN = {
     "torsional_damping": "torsional damping", "axial_damping": "axial damping",
 }  # fmt: skip
 
+_OF_FILE = ("than the file says", "than its sections say")
+
 
 def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
     """What is different now, in a driller's words.
@@ -32,12 +34,18 @@ def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
             f"Something is different{_since(change)}, and no known change explains it{where}. ", _size(change), "."
         )
     if diagnosis.verdict == "parameters":
+        if not change.moved:
+            return sentence(
+                f"What is different{_since(change)} is within what the rig's own numbers wander. ", _explained(change)
+            )
         clauses = [moved_clause(name, moved) for name, moved in change.moved.items()]
         text = sentence(*clauses[:1], *(sentence(", and ", clause) for clause in clauses[1:]))
         return sentence(f"What is different{_since(change)}: ", text, ". ", _explained(change))
     partial = " Something else is different too." if diagnosis.verdict == "effect_and_unknown" else ""
     grows = ", and it grows" if change.growing else ""
-    return sentence(f"What is different{_since(change)}: ", _lower(named), grows, ". ", _explained(change), partial)
+    return sentence(
+        f"What is different{_since(change)}: ", _than_before(named), grows, ". ", _explained(change), partial
+    )
 
 
 def change_technical_summary(diagnosis: Diagnosis) -> str:
@@ -90,9 +98,17 @@ def _explained(change: Change) -> str:
     return f"That explains {100.0 * change.explained:.0f} %{span} of the difference."
 
 
-def _lower(text: Text) -> Sentence:
+def _than_before(text: Text) -> Sentence:
+    """A clause inside a sentence; what an effect's phrase compares with the rig file is compared with the baseline."""
     first, *rest = text.parts if isinstance(text, Sentence) else (text,)
-    return sentence(first[:1].lower() + first[1:] if isinstance(first, str) else first, *rest)
+    parts = [first[:1].lower() + first[1:] if isinstance(first, str) else first, *rest]
+    return sentence(*(_with_baseline(part) if isinstance(part, str) else part for part in parts))
+
+
+def _with_baseline(text: str) -> str:
+    for of_file in _OF_FILE:
+        text = text.replace(of_file, "than before")
+    return text
 
 
 def _number(value: float | None) -> str:

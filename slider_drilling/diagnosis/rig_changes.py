@@ -98,6 +98,29 @@ RIG_CHANGES: Mapping[str, RigChange] = {change.name: change for change in _CHANG
 _BY_PARAMETER = {change.parameter: change for change in _CHANGES}
 
 
+def changes_of_number(parameter: str, share: float) -> dict[str, float]:
+    """Names of the changes that a moved calibrated number may stand for, with the amplitude of each.
+
+    Args:
+        parameter: The calibrated number.
+        share: By which it moved.
+    """
+    amplitudes = {
+        change.name: change.sign * share for change in _CHANGES
+        if any(_covers(name, parameter) for name in change.multiplied)
+        and change.physical[0] <= change.sign * share <= change.physical[1]
+    }  # fmt: skip
+    if parameter == "motor_gain" and share < 0.0:
+        amplitudes["motor_wear"] = -share
+    if parameter == "bit_stiffness":
+        amplitudes["formation_change"] = 1.0 + share
+    return amplitudes
+
+
+def _covers(name: str, parameter: str) -> bool:
+    return parameter == name or (name.endswith("_") and parameter.startswith(name) and parameter[len(name) :].isdigit())
+
+
 def with_rig_changes(values: Values) -> Values:
     """The values with every change among them multiplied into the calibrated parameters that it changes."""
     changes = [(_BY_PARAMETER[name], share) for name, share in values.items() if name in _BY_PARAMETER]
@@ -114,6 +137,6 @@ def _multiplied(change: RigChange, values: Values) -> list[str]:
     """The parameters that a change multiplies. Of friction intervals, those that are calibrated."""
     names: list[str] = []
     for name in change.multiplied:
-        calibrated = [known for known in values if known.startswith(name) and known[len(name) :].isdigit()]
+        calibrated = [known for known in values if known != name and _covers(name, known)]
         names += calibrated or [f"{name}1"] if name.endswith("_") else [name]
     return names
