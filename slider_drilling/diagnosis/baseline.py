@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
 from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
+from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -32,6 +34,7 @@ _MAX_STANDING = 2
 _MIN_SHARE = 0.15
 # Gain of ``-2 log p`` per sample below which nothing is worth a fit.
 _MIN_GAIN = 30.0
+_NO_BASELINE = 30.0  # E, beyond which a calibrated model says nothing of the rig
 _TWISTS = (0.0, -4.0)  # rad, starts of the twist of the string
 _NORMAL_95 = 1.96
 _UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
@@ -90,19 +93,25 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, start: Mapping[str, float] | 
         start: Calibrated values to start from, where they are known.
 
     Raises:
-        InputError: A log is unusable.
+        InputError: A log is unusable, or no calibration makes the simulation follow it.
     """
     checks = [check_log(log, rig) for log in logs]
     for checked in checks:
         checked.raise_if_unusable()
     calm = [from_calm_start(checked.log, rig, longest=True) for checked in checks]
-    model = without_operations(build_model(calm, rig).model)
+    string = without_operations(build_model(calm, rig).model)
+    model = ChangedString(string, {}, string.nuisance, string.effects)  # nothing is shared yet
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     problem = build_problem(model, [sigmas(own) for own in floors])
     runs = range(len(model.runs))
     starts = [dict(start or {}) | {f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
     found = fit_from_starts(problem, starts)
     standing, found = _standing_effects(problem, found, list(model.effects))
+    if usual_gap(problem, found.residual) > _NO_BASELINE:
+        raise InputError(
+            f"{logs[0].source}: no baseline: the calibrated simulation leaves {usual_gap(problem, found.residual):.0f} "
+            "times the noise; give a stretch of undisturbed work"
+        )
     noise = _noise_left(problem, found, floors)
     in_these_units = build_problem(model, [{name: noise[name].sigma for name in own} for own in floors])
     again = fit(in_these_units, found.parameters, found.values, iterations=1)

@@ -61,6 +61,8 @@ def _facts(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
         ("log", ", ".join(Path(log).name for log in diagnosis.logs)),
         ("rig file", f"{diagnosis.rig_source.name} ({diagnosis.rig_source.source})"),
     ]
+    if diagnosis.change is not None:
+        facts.insert(1, ("baseline", ", ".join(Path(log).name for log in diagnosis.change.baseline)))
     if diagnosis.site is not None:
         facts.append(("site", plain_name(diagnosis.site)))
     if diagnosis.runtime:
