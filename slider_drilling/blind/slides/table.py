@@ -117,7 +117,9 @@ def _forecasts(watched: Sequence[WatchedSlide]) -> list[TableRow]:
 
     def row(what: str, key: str, show: Callable[[float], str]) -> TableRow:
         twin, unchanged, given = (pooled(key + end, show) for end in ("", "_unchanged", "_uncalibrated"))
-        return TableRow(what, f"{twin}; as it is: {unchanged}; uncalibrated: {given}", "below both")
+        return TableRow(
+            what, f"{twin}; as it is: {unchanged}; uncalibrated, told how the drives move: {given}", "below both"
+        )
 
     return [
         row("toolface 60 s ahead, RMS error", "tool_face", lambda value: f"{np.degrees(value):.0f} deg"),
