@@ -144,9 +144,9 @@ def _steps(design: Values, rig: Rig, available: float) -> list[Step]:
     second = round(first * design["block.second"] / step) * step
     flow = rig.hydraulics.reference_flow
     low_from = float(int(design["flow.start"] * available))
-    events: list[tuple[float, Action]] = [
-        (float(int(design["block.change"] * available)), BlockSpeed(second, _BLOCK_RAMP))
-    ]
+    events: list[tuple[float, Action]] = []
+    if second != first:
+        events.append((float(int(design["block.change"] * available)), BlockSpeed(second, _BLOCK_RAMP)))
     if 1.0 - design["flow.level"] >= _MIN_FLOW_CHANGE:
         events += [
             (low_from, Flow(flow * design["flow.level"], _FLOW_RAMP)),
