@@ -49,9 +49,8 @@ def test_log_holds_what_twin_says_and_controller_outlives_it(start, listener, tm
     gone = listener.time
     listener.statuses.pop("rocking_controller: twin")
     listener.until_status("rocking_controller: twin", OK, "silent since")
-    assert listener.heard["top_drive_command"][-1][0] > gone
+    listener.until(lambda: listener.heard["top_drive_command"][-1][0] > gone + 5.0, "commands go on")
     listener.until_status("rocking_controller: measurements", OK, "every surface channel")
-    listener.until_status("friction_simulator: commands", OK, "every sample is answered")
     recorder.process.send_signal(signal.SIGINT)
     assert recorder.end() == 0, recorder.output
     check_log(log)
