@@ -168,7 +168,8 @@ def test_foreign_slide_runs_on_a_foreign_rig():
 def test_foreign_slide_is_another_job_with_its_own_command():
     jobs = [slide_job(0, DEFAULT_CONTROLLER, CampaignOptions(RIG, foreign=foreign)) for foreign in (False, True)]
     assert jobs[0].key() != jobs[1].key()
-    assert "--foreign" in repeat_command(0, DEFAULT_CONTROLLER, CampaignOptions(RIG, foreign=True), False)
+    command = repeat_command(0, DEFAULT_CONTROLLER, CampaignOptions(RIG, foreign=True, duration=1200.0), False)
+    assert "--duration 1200 --foreign" in command
 
 
 def test_stopped_slides_are_counted():

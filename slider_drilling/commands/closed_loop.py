@@ -57,6 +57,8 @@ Examples:
               help="Run slide K of the campaign with this --seed, with its time series.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path),
               help="With --campaign and --slide: rig file that strings, fluids and noise are drawn around.")
+@click.option("--duration", type=click.FloatRange(300.0, 36000.0), metavar="S",
+              help="With --campaign and --slide: of each slide, s.  [default: 900]")
 @click.option("--foreign", is_flag=True,
               help="With --campaign and --slide: plants and instruments of foreign structure, not of the model's kind.")
 @scheduler_option
@@ -64,7 +66,8 @@ Examples:
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
     stands: bool, sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
-    against: tuple[str, ...], slide: int | None, rig_path: Path | None, foreign: bool, scheduler: str, units: Units,
+    against: tuple[str, ...], slide: int | None, rig_path: Path | None, duration: float | None, foreign: bool,
+    scheduler: str, units: Units,
 ) -> int:
     """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
 
@@ -96,7 +99,8 @@ def command(
     if faults and (every or slides is not None or slide is not None):
         raise InputError("--faults: cannot be used with --all, --campaign or --slide; give it alone or with --only")
     name = name or DEFAULT_CONTROLLER
-    options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements, foreign=foreign)
+    options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements, foreign=foreign,
+                              **({} if duration is None else {"duration": duration}))
     if slides is not None:
         if output is None:
             raise InputError("--campaign: give the folder for its results with -o; a repeated command resumes from it")

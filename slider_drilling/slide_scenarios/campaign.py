@@ -15,7 +15,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.rig import load_rig
 from slider_drilling.slide_scenarios.contenders import BASELINES, UNDER_TEST
-from slider_drilling.slide_scenarios.drawn import draw_slide
+from slider_drilling.slide_scenarios.drawn import DURATION_S, draw_slide
 from slider_drilling.slide_scenarios.run import run_scenario
 from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
 from slider_drilling.user_code import import_reference, source_files
@@ -42,7 +42,7 @@ class CampaignOptions:
     rig: Path
     seed: int = 0
     elements: int = 60
-    duration: float = 900.0
+    duration: float = DURATION_S
     foreign: bool = False
 
 
@@ -231,6 +231,8 @@ def repeat_command(number: int, controller: str, campaign: CampaignOptions, cust
              str(campaign.elements)]  # fmt: skip
     if controller != DEFAULT_CONTROLLER and controller not in BASELINES:
         words += ["--controller", controller]
+    if campaign.duration != DURATION_S:
+        words += ["--duration", f"{campaign.duration:g}"]
     if campaign.foreign:
         words += ["--foreign"]
     if custom_rig:
