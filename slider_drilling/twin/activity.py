@@ -14,7 +14,7 @@ _MEMORY_S = 120.0
 _STILL = 0.02  # rad/s, of a drive that is parked
 _PARKED_S = 8.0  # without motion, after which a drive is parked
 _TURNING_S, _TURNING_SHARE = 12.0, 0.7  # in one direction, and of the rocking period, after which a drive turns
-_CENTRE_S, _CENTRE_SHIFT = 30.0, 5.0  # s, and rad by which the centre of the rocking moves in it: steering
+_CENTRE_S, _CENTRE_SHIFT = 30.0, 3.0  # s, and rad by which the centre of the rocking moves in it: steering
 _SETTLING_S = 60.0  # after a change of what the rig does
 _STEERING_S = 30.0  # after it
 _FLOW_CHANGE = 0.02  # of the flow
@@ -121,6 +121,8 @@ class ActivityMonitor:
         recent = list(self._angles)[-max(round(self._last_period), 1) :]
         centre = float(np.mean(recent))
         if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
+            if now >= self._steered_until:
+                self._valid_until = min(self._valid_until, now - _CENTRE_S)
             self._steered_until = now + _STEERING_S
         self._centres.append(centre)
 

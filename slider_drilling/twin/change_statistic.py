@@ -18,6 +18,7 @@ from slider_drilling.twin.samples import Array
 _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
 _PRIOR_FREEDOM = 20.0  # samples that the population's size of the wander counts as
 _LATEST_S = 5.0  # before now, until when a change can have begun
+_RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S = 180.0
 _MIN_BEFORE = 8  # values of the same work before a change
 
@@ -123,7 +124,8 @@ def _interval(begins: Array, evidence: Array) -> tuple[float, float]:
     order = np.argsort(begins, kind="stable")
     weight = np.cumsum(np.exp(evidence[order] - evidence.max()))
     low, high = np.searchsorted(weight / weight[-1], (0.025, 0.975))
-    return float(begins[order][low]), float(begins[order][min(high, order.size - 1)])
+    first, last = float(begins[order][low]), float(begins[order][min(high, order.size - 1)])
+    return first - _RESOLUTION_S, last + _RESOLUTION_S
 
 
 def _covariance(

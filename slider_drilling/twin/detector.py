@@ -15,6 +15,7 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.wander import THRESHOLD, WANDERS
 
 MEMORY_S = 900.0
+_CONFIRMED_S = 14.0  # for which a feature must show a change without a break
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class ChangeDetector:
 
     def __init__(self, covariance: Array) -> None:
         self._covariance = covariance
+        self._shown_since: dict[tuple[str, str], float] = {}
         self._series: dict[tuple[str, str], deque[_Value]] = {}
 
     def add(self, time: float, activity: Activity, found: Sequence[Feature], window: float | None = None) -> None:
@@ -66,6 +68,7 @@ class ChangeDetector:
             while series and series[-1].time > activity.valid_until:
                 series.pop()
         if not activity.settled:
+            self._shown_since.clear()
             return
         width = activity.period if window is None else window
         for feature in found:
@@ -96,8 +99,13 @@ class ChangeDetector:
         )  # fmt: skip
 
     def test(self, channel: str, kind: str) -> Alarm | None:
-        """An alarm if the feature has changed by now, beyond what happens by chance."""
-        change = self.change(channel, kind)
-        if change is None or change.evidence < THRESHOLD or abs(change.size) < WANDERS[channel, kind].smallest:
+        """An alarm if the feature has shown a change for some time, beyond what happens by chance."""
+        key, change = (channel, kind), self.change(channel, kind)
+        smallest = WANDERS[key].smallest
+        if change is None or change.evidence < THRESHOLD or abs(change.size) < smallest:
+            self._shown_since.pop(key, None)
             return None
-        return Alarm(self._series[channel, kind][-1].time, channel, kind, change)
+        now = self._series[key][-1].time
+        if now - self._shown_since.setdefault(key, now) < _CONFIRMED_S:
+            return None
+        return Alarm(now, channel, kind, change)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +17,13 @@ from slider_drilling.twin.samples import Array
 
 _ROWS = {name: row for row, name in enumerate(COMPARED)}
 _STEADY_S = 60.0  # over which the block's speed is averaged
+_PRIOR_SQUARES, _KEPT = 5.0, 0.98  # rad2; share of older forecasts that still counts
 _STEERING_KEPT = 0.5  # of the centre's motion from one rocking period to the next
 _JOINED_S = 1.0  # in which the repeated motion joins the present one
 _TOLERANCE = 0.15  # of the period, within which the repetition that fits best is sought
 
 
-def make_forecast(
-    follower: Follower, values: Array, past: Commands, period: float | None, ahead: float, tool_face_offset: float
-) -> Forecast:
+def make_forecast(follower: Follower, values: Array, past: Commands, period: float | None, ahead: float) -> Forecast:
     """Simulate on from now, then bring the plants back to where they are.
 
     Args:
@@ -31,7 +32,6 @@ def make_forecast(
         past: The drives of the last minutes, evenly sampled, up to now.
         period: s, of the rocking; None where the drive does not rock.
         ahead: s to look ahead.
-        tool_face_offset: rad, by which the rig's toolface has been ahead of the plant's.
     """
     interval = follower.bank.interval
     state = follower.bank.save()
@@ -39,9 +39,48 @@ def make_forecast(
     follower.bank.restore(state)
     channels = followed.at(values)
     return Forecast(
-        float(past.time[-1]), followed.time, channels[:, _ROWS["tool_face"]] + tool_face_offset,
+        float(past.time[-1]), followed.time, channels[:, _ROWS["tool_face"]],
         channels[:, _ROWS["surface_torque"]],
     )  # fmt: skip
+
+
+class ToolFaceSkill:
+    """How much of a predicted turn of the toolface comes true, from the forecasts so far.
+
+    A free run without feedback may turn its bit where the rig's is held. The change that it predicts is multiplied by
+    the share that came true before, by least squares with a prior towards none: the toolface stays as it is.
+    """
+
+    def __init__(self) -> None:
+        self._open: deque[tuple[float, float, float]] = deque()
+        self._squares, self._products = _PRIOR_SQUARES, 0.0
+
+    @property
+    def share(self) -> float:
+        """0 to 1."""
+        return min(max(self._products / self._squares, 0.0), 1.0)
+
+    def shrunk(self, forecast: Forecast, present: float, offset: float, reading: float) -> Forecast:
+        """The forecast with this share of its change, from the present reading on.
+
+        Args:
+            forecast: Of the plant alone.
+            present: The plant's toolface when it was made, rad.
+            offset: Of the rig's toolface to the plant's, rad.
+            reading: The latest MWD toolface, rad.
+        """
+        while self._open and self._open[0][0] <= forecast.made_at:
+            _, predicted, before = self._open.popleft()
+            self._squares = _PRIOR_SQUARES + _KEPT * (self._squares - _PRIOR_SQUARES) + predicted**2
+            self._products = _KEPT * self._products + predicted * _wrapped(reading - before)
+        change = forecast.tool_face - present
+        self._open.append((float(forecast.time[-1]), _wrapped(float(change[-1])), reading))
+        begin = present + offset + _wrapped(reading - present - offset)
+        return replace(forecast, tool_face=begin + self.share * change)
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, 2.0 * math.pi)
 
 
 def continued(past: Commands, period: float | None, ahead: float, interval: float) -> Commands:

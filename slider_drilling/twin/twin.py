@@ -24,7 +24,7 @@ from slider_drilling.twin.detector import ChangeDetector
 from slider_drilling.twin.diagnoser import Diagnoser
 from slider_drilling.twin.features import Feature, features
 from slider_drilling.twin.follower import Followed, Follower
-from slider_drilling.twin.forecast import make_forecast
+from slider_drilling.twin.forecast import ToolFaceSkill, make_forecast
 from slider_drilling.twin.history import History
 from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
@@ -76,6 +76,7 @@ class Twin:
         self._samples = round(_REPORT_S / settings.interval)
         self._seconds = 0
         self._forecast: Forecast | None = None
+        self._skill = ToolFaceSkill()
         self.report: TwinReport | None = None
         self.remarks: tuple[str, ...] = ()
 
@@ -240,7 +241,8 @@ class Twin:
             return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
             detector.add(now, activity, self._features(activity.period, now, learner.fixed))
-        for channel, kind in detector.watched()[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
+        testable = detector.watched() if activity.settled else []
+        for channel, kind in testable[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
             alarm = detector.test(channel, kind)
             if alarm is not None and self._log.take(alarm):
                 self._diagnoser.detected(self._log.detections[-1])
@@ -267,9 +269,12 @@ class Twin:
         if past is None or learner is None or past.time.size < 2:
             return
         period = activity.period if activity.mode == "rocking" else None
-        self._forecast = make_forecast(
-            learner.follower, learner.values, past, period, settings.forecast, self._comparison.tool_face_offset
-        )
+        made = make_forecast(learner.follower, learner.values, past, period, settings.forecast)
+        buffer, latest = self._buffers["tool_face"], self._history.window(now - 1e-6, now + 1e-6)
+        if len(buffer) and latest is not None:
+            present = float(latest.at(learner.values)[-1, list(COMPARED).index("tool_face")])
+            made = self._skill.shrunk(made, present, self._comparison.tool_face_offset, float(buffer.value[-1]))
+        self._forecast = made
 
     def _report(self, grid: Array, followed: Followed, activity: Activity) -> TwinReport:
         assert self._learner is not None

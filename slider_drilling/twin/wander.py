@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from slider_drilling.twin.change_statistic import Wander
 
-THRESHOLD = 12.0
+THRESHOLD = 14.0
 
 # (channel, kind) -> short, slow, memory s, drift, jump, smallest change.
 WANDERS = {
-    ("surface_torque", "mean"): Wander(0.10, 0.25, 150.0, 1.0, 2.0, 0.4),
+    ("surface_torque", "mean"): Wander(0.10, 0.25, 150.0, 1.0, 2.0, 1.2),
     ("surface_torque", "gain"): Wander(0.10, 0.12, 80.0, 0.15, 0.3, 0.4),
     ("surface_torque", "lag"): Wander(0.10, 0.10, 80.0, 0.15, 0.3, 0.4),
     ("surface_torque", "spread"): Wander(0.08, 0.05, 80.0, 0.08, 0.15, 0.15),

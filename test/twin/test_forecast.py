@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from slider_drilling.drillstring import Commands
-from slider_drilling.twin.forecast import best_lag, continued
+from slider_drilling.twin.forecast import ToolFaceSkill, best_lag, continued
+from slider_drilling.twin.report import Forecast
 
 
 def _rocking(period, duration, drift=0.0):
@@ -47,3 +48,24 @@ def test_drive_that_does_not_rock_keeps_its_speed():
 
 def test_short_past_has_no_lag():
     assert best_lag(np.zeros(50), 8.0, 0.1) is None
+
+
+def _forecast(made_at, change):
+    time = made_at + np.array([30.0, 60.0])
+    return Forecast(made_at, time, np.array([0.5 * change, change]), np.zeros(2))
+
+
+def test_toolface_stays_where_forecasts_failed():
+    skill = ToolFaceSkill()
+    for index in range(30):
+        shrunk = skill.shrunk(_forecast(60.0 * index, 1.5), 0.0, 0.0, 0.4)
+    assert shrunk.tool_face[-1] == pytest.approx(0.4, abs=0.05)
+
+
+def test_toolface_follows_forecasts_that_come_true():
+    skill, reading = ToolFaceSkill(), 0.0
+    for index in range(60):
+        shrunk = skill.shrunk(_forecast(60.0 * index, 0.8), 0.0, 0.0, reading)
+        reading = (reading + 0.8 + np.pi) % (2.0 * np.pi) - np.pi
+    assert skill.share > 0.7
+    assert shrunk.tool_face[-1] - shrunk.tool_face[0] == pytest.approx(0.4 * skill.share, rel=1e-6)
