@@ -19,7 +19,7 @@ DURATION_S = 2400.0
 _KINDS = ("six", "catalogue", "none", "six", "outside", "six", "catalogue", "none", "six", "catalogue")
 _ONSET = (0.35, 0.6)  # share of the slide
 _GROWTH_S = (300.0, 700.0)  # s, of a ramp
-# s, of what the issue fixes: 5 % in 10 minutes; a bed that grows; the others begin at once.
+# s, of changes whose times are given: 5 % in 10 minutes; a bed that grows; the others begin at once.
 _FIXED_GROWTH = {"washout": 600.0, "growing_bed": 600.0, "motor_loss": 0.0, "torque_bias": 0.0, "backlash": 0.0,
                  "heave": 0.0}  # fmt: skip
 
