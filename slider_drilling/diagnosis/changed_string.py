@@ -79,6 +79,11 @@ class ChangedString:
 
         The blend is exact where the response is linear in the change and follows it within a rocking cycle.
         """
+        # A change that makes the string unstable overflows on its way to `_NOWHERE`.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._simulate(run, sets, options)
+
+    def _simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         full = [{**self.shared, **values} for values in sets]
         if not self.growing:
             return {name: _finite(rows) for name, rows in self.string.simulate(run, full, options).items()}
