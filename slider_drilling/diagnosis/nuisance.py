@@ -44,6 +44,16 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
 
 
+def contact_compliance() -> Parameter:
+    """How far the contact gives before it slides, over the rig file's: no paper tells it of a hole.
+
+    Pre-sliding lengths range over more than a decade, from the almost rigid contact of Coulomb's law up (Astrom and
+    Canudas de Wit, IEEE Control Systems Magazine 28, 2008). It is calibrated where no known effect explains a log as
+    well: beside viscous drag or aging most logs cannot tell it.
+    """
+    return Parameter("contact_compliance", 1.0, 0.05, 10.0, 0.2, spread=0.7)
+
+
 def reading_parameters() -> tuple[Parameter, ...]:
     """How the hook load is read: what is left of the block's weight after the tare, gain, and friction of the sheaves.
 

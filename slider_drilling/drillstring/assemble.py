@@ -135,15 +135,22 @@ def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None 
 def common_mesh(rigs: Sequence[Rig], count: int) -> Mesh:
     """The mesh that a batch shares.
 
-    Raises InputError where the rigs differ in what lanes must share: survey, sections, contact and sound speed.
+    Raises InputError where the rigs differ in what lanes must share: survey, sections, friction law and sound speed.
     """
     first = rigs[0]
     for rig in rigs[1:]:
-        for key in ("well.survey", "string.sections", "contact", "mud.sound_speed"):
+        for key in _SHARED_BY_LANES:
             value = attrgetter(key)
             if value(first) != value(rig):
                 raise InputError(f"batch: {key} differs between its rigs; simulate them one by one")
     return build_mesh(first, count)
+
+
+# The friction curve is one for all lanes. Stiffness per load is not part of it: it scales every element's constants.
+_SHARED_BY_LANES = (
+    "well.survey", "string.sections", "contact.shear_factor", "contact.asperity", "contact.dahl_exponent",
+    "mud.sound_speed",
+)  # fmt: skip
 
 
 def _in_series(half: Array) -> Array:
