@@ -84,21 +84,21 @@ class LogContents:
             of the top drive, or of the first channel there is. Samples measured before that have negative times.
         rig_text: The rig file's text.
         rig_source: Where that comes from.
-        programme_text: The programme that was run, as its file's text; None where none was.
         metadata: The record `slider_drilling` of the log.
         notes: What a reader should know of the log's state, one sentence each: damage, repeated stamps, topics left
             out.
         imported: What an import did to the table that the log comes from; None for a recorded log.
+        programme_text: The programme that was run, as its file's text; None where none was.
     """
 
     source: str
     start_ns: int
     rig_text: str | None = None
     rig_source: str | None = None
-    programme_text: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     imported: ImportRecord | None = None
+    programme_text: str | None = None
     # One for each entry of the registry of topics.
     top_drive: JointSeries | None = None
     top_drive_command: JointSeries | None = None

@@ -189,6 +189,7 @@ def test_twin_is_asked_and_its_rig_used(open_page: Callable[..., Any], slide: su
     assert re.match(r"(learning|watching|operation)", page.locator("[data-name=twin]").inner_text())
     page.get_by_role("button", name="Diagnose now").click()
     page.get_by_role("button", name="Use calibrated rig").click()
+    page.locator("[data-name=change]").first.wait_for()
     (change,) = page.locator("[data-name=change]").all_inner_texts()
     assert re.fullmatch(r"friction factor: 0\.235 becomes 0\.2\d+", change)
     page.get_by_text("off_bottom_pressure: the controller has no such parameter").wait_for()
