@@ -5,7 +5,7 @@ import pytest
 from toy import TIME, toy
 
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.results.whole_runs import prediction_horizon
+from slider_drilling.gap.results.prediction_horizon import prediction_horizon
 
 
 @pytest.mark.parametrize("lost_at", [40.0, 90.0])

@@ -19,6 +19,7 @@ from slider_drilling.gap.evidence.score import squared_residuals
 from slider_drilling.gap.model import Array, CanTruncate, Effect, SimulationOptions, Values
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.results.prediction_horizon import prediction_horizon
 from slider_drilling.gap.search.fine_fit import fit_fidelity
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.multi_start import plausible_range
@@ -62,7 +63,8 @@ def best_free_runs(state: SearchState) -> FreeRunModels:
     """The models of a state as they are used without feedback.
 
     Models that were scored in the free run are kept. Those that were scored with feedback are fitted again:
-    calibration is then no worse than the model as given, and the final model no worse than calibration.
+    calibration is then no worse than the model as given, and the final model no worse than calibration. Where the free
+    run keeps its phase to the end, no fit to growing parts is made.
     """
     exact = _free_problem(state, 1.0, fit_fidelity(state.current.problem.model))
     given = {parameter.name: parameter.nominal for parameter in state.calibrated.fit.parameters}
@@ -81,12 +83,20 @@ def best_free_runs(state: SearchState) -> FreeRunModels:
 def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: Values) -> FittedModel:
     """The model with the values whose free run is best: its own, those of a simpler model, or fitted again."""
     candidates = [dict(model.fit.values), dict(simpler)]
-    if isinstance(model.problem.model, CanTruncate):
+    if isinstance(model.problem.model, CanTruncate) and not _follows_to_the_end(exact, model.fit.values):
         candidates += _grow(state, model, candidates)
     gaps = _rms(exact, candidates)
     best = candidates[int(np.argmin(np.where(np.isfinite(gaps), gaps, np.inf)))]
     problem = replace(exact, white_discrepancy=state.modes[0].white_discrepancy)
     return replace(model, problem=problem, fit=fit(problem, model.fit.parameters, best, iterations=0))
+
+
+def _follows_to_the_end(exact: Problem, values: Values) -> bool:
+    """Whether a free run keeps its phase: every channel's error stays below the channel's own spread."""
+    (residual,) = exact.residuals([values])
+    in_units = np.concatenate([residual[piece.rows] * piece.noise for piece in exact.pieces])
+    horizon, to_end = prediction_horizon(exact, in_units)
+    return set(to_end) == set(horizon)
 
 
 def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> list[dict[str, float]]:
