@@ -47,7 +47,7 @@ DECIDING = (
     Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two candidates"),
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the adequacy test"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "negligible E^2 - 1"),
-    Constant("selection.naming_criteria", "MIN_GAP_CLOSED", (0.02, 0.1), "smallest relevant share of the gap"),
+    Constant("selection.evidence_tests", "MIN_GAP_CLOSED", (0.02, 0.1), "smallest relevant share of the gap"),
     Constant("selection.candidates", "MIN_FLOOR_CHANGE", (0.02, 0.1), "smallest relevant change of a noise floor"),
     Constant("search.multi_start", "NUISANCE_LIMIT", (1.8, 3.5), "prior spreads within which calibration stays"),
     Constant("selection.calibration", "OBSERVER_GAIN", (0.15, 0.6), "gain of the weak observer"),

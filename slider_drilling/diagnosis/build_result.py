@@ -26,7 +26,8 @@ from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, criterion, failures
+from slider_drilling.gap.selection.evidence_tests import Evidence
+from slider_drilling.gap.selection.naming_criteria import Stage, criterion, failures
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel
 
 SCREENED_OUT = "screened out: other effects fitted better after as many trials"

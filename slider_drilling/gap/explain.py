@@ -19,8 +19,9 @@ from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre, rec
 from slider_drilling.gap.results.sentence import verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.calibration import calibrate
+from slider_drilling.gap.selection.evidence_tests import Evidence
 from slider_drilling.gap.selection.forward_selection import add_effect
-from slider_drilling.gap.selection.naming_criteria import Evidence, Kind, Stage, failed_criteria
+from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, SearchState
 from slider_drilling.gap.selection.verdict import reach_verdict

@@ -11,7 +11,7 @@ from toy import Toy, toy
 
 from slider_drilling.gap import Effect, Parameter
 from slider_drilling.gap.explain import coupled_effect_sets, explain
-from slider_drilling.gap.selection import naming_criteria
+from slider_drilling.gap.selection import evidence_tests
 
 
 def effect(name: str, **kinds) -> Effect:
@@ -51,9 +51,9 @@ def test_nonphysical_coupled_effect_is_not_named(bend):
 @pytest.mark.parametrize("seed", range(3))
 def test_needless_coupled_effect_is_dropped(seed, monkeypatch):
     """Sine and bend start together and there is no bend. However well it predicts, it fails the likelihood ratio."""
-    compare = naming_criteria.predicts_better
+    compare = evidence_tests.predicts_better
     # Criteria that share no level among candidates compare three things: here, "still needed" alone.
-    monkeypatch.setattr(naming_criteria, "predicts_better", lambda *given: len(given) == 3 or compare(*given))
+    monkeypatch.setattr(evidence_tests, "predicts_better", lambda *given: len(given) == 3 or compare(*given))
     log = toy({"sine": 4.0}, seed=seed)
     answer = explain(Joined(log.runs, log.nuisance, (effect("sine"), effect("bend"), effect("saw"))), seed=1)
     assert answer.effects == ("sine",)

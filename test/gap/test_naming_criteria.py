@@ -18,18 +18,9 @@ from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
-from slider_drilling.gap.selection import naming_criteria
-from slider_drilling.gap.selection.naming_criteria import (
-    CRITERIA,
-    MIN_GAP,
-    MIN_GAP_CLOSED,
-    MIN_SHARE_OF_CAUSE,
-    Evidence,
-    Kind,
-    Stage,
-    criterion,
-    failures,
-)
+from slider_drilling.gap.selection import evidence_tests, naming_criteria
+from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED, MIN_SHARE_OF_CAUSE, Evidence
+from slider_drilling.gap.selection.naming_criteria import CRITERIA, Kind, Stage, criterion, failures
 
 PROBLEM = build_problem(toy({}, 1), [{"force": 1.0}])
 BOOTSTRAP = make_bootstrap(make_folds(PROBLEM), 0)
@@ -240,7 +231,7 @@ def test_criterion_passes_above_its_threshold_only(name):
 @pytest.mark.parametrize("name", AT_THRESHOLD)
 def test_failed_criterion_gives_its_message(name, monkeypatch):
     rejected = SimpleNamespace(complete=False, within_thresholds=False, adequate=False)
-    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: rejected)
+    monkeypatch.setattr(evidence_tests, "check_adequacy", lambda *given: rejected)
     rule, found = criterion(name), AT_THRESHOLD[name](OUTSIDE)
     for stage in rule.stages:
         assert set(rule.messages(found)) <= set(failures(stage, found))
@@ -282,7 +273,7 @@ def exempt(monkeypatch):
 
     def tested(before, after, *, within=True, adequate=False, already_within=False):
         left = SimpleNamespace(within_thresholds=within, adequate=adequate)
-        monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: left)
+        monkeypatch.setattr(evidence_tests, "check_adequacy", lambda *given: left)
         found = evidence(model(before), model(after, effects=(SINE,)), CANDIDATES)
         found.state.adequacy.within_thresholds = already_within
         exemption = criterion("predicts held-out data").exemption
@@ -322,13 +313,13 @@ def test_single_event_needs_strong_evidence_and_adequacy(exempt):
 
 @pytest.mark.parametrize(("complete", "messages"), [(True, 0), (False, 1)])
 def test_small_effect_is_exempt_if_nothing_is_left(complete, messages, monkeypatch):
-    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: SimpleNamespace(complete=complete))
+    monkeypatch.setattr(evidence_tests, "check_adequacy", lambda *given: SimpleNamespace(complete=complete))
     monkeypatch.setattr(naming_criteria, "CRITERIA", (criterion("relevant after calibration"),))
     assert len(failures(Stage.CANDIDATE, closes_of_calibrated(OUTSIDE))) == messages
 
 
 def test_exemption_is_not_tried_after_another_failure(monkeypatch):
-    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: pytest.fail("simulated for nothing"))
+    monkeypatch.setattr(evidence_tests, "check_adequacy", lambda *given: pytest.fail("simulated for nothing"))
     found = closes_of_calibrated(OUTSIDE)
     assert criterion("relevant after calibration").message in failures(Stage.CANDIDATE, found)
 

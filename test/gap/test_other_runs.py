@@ -14,7 +14,8 @@ from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.selection.calibration import calibrate
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
+from slider_drilling.gap.selection.evidence_tests import Evidence
+from slider_drilling.gap.selection.naming_criteria import Stage, failures
 from slider_drilling.gap.selection.refit import finish_and_cross_validate
 
 

@@ -14,7 +14,7 @@ from scipy.stats import ncx2, norm
 from slider_drilling.gap.evidence.compare import chi2_critical, evidence_threshold
 from slider_drilling.gap.experiment_design.information import Change, Information
 from slider_drilling.gap.model import Array, Effect, HasUserParameters, Model, Values
-from slider_drilling.gap.selection.naming_criteria import MIN_GAP
+from slider_drilling.gap.selection.evidence_tests import MIN_GAP
 
 POWER = 0.9
 """Probability with which an effect of the detectable size is named."""

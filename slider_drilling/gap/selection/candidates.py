@@ -24,7 +24,8 @@ from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, finalists
 from slider_drilling.gap.selection.calibration import lower_floors
-from slider_drilling.gap.selection.naming_criteria import Evidence, Kind, Stage, failed_criteria, failures
+from slider_drilling.gap.selection.evidence_tests import Evidence
+from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria, failures
 from slider_drilling.gap.selection.nuisance_limits import calibrate_within_limits, outside_prior
 from slider_drilling.gap.selection.refit import (
     best_fit,

@@ -23,7 +23,8 @@ from slider_drilling.gap.selection.candidates import (
     refit_from_other_starts,
     update_floors,
 )
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
+from slider_drilling.gap.selection.evidence_tests import Evidence
+from slider_drilling.gap.selection.naming_criteria import Stage, failures
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.refit import check_adequacy, finish_and_cross_validate
 from slider_drilling.gap.selection.start_points import (

@@ -11,47 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import comb
 from typing import NamedTuple
 
-import numpy as np
-
-from slider_drilling.gap.evidence.compare import (
-    LEVEL,
-    chi2_critical,
-    exceeds_evidence_threshold,
-    fit_exceeds_evidence_threshold,
-    gap_reduction_significant,
-    passes_likelihood_ratio_test,
-    predicts_better,
-    predicts_better_among,
-    resampled_squared_gaps,
-    share_closed,
-)
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
-from slider_drilling.gap.evidence.score import HeldOutScore
-from slider_drilling.gap.model import Effect
-from slider_drilling.gap.problem.model_error import model_error_budget
-from slider_drilling.gap.results.intervals import user_values
+from slider_drilling.gap.evidence.compare import LEVEL
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
+from slider_drilling.gap.selection import evidence_tests as tests
+from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED, MIN_SHARE_OF_CAUSE, Evidence
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
-from slider_drilling.gap.selection.refit import check_adequacy
-from slider_drilling.gap.selection.state import FittedModel, SearchState
 
-# Smallest share of the gap that an effect must close to be named. Below it, other codes for the same equations differ
-# by as much, and nobody would change a rig model for it.
-MIN_GAP_CLOSED = 0.05
 _PERCENT = f"{100.0 * MIN_GAP_CLOSED:g} %"
 _SHARED_LEVEL = f"{100.0 * LEVEL:g} % divided by the number of candidates"
-
-
-# Smallest E^2 - 1 of a channel that is a gap to explain: E of 1.1. White noise of a few hundred samples leaves less.
-MIN_GAP = 0.2
-
-
-# Smallest share of the calibrated gap beyond the noise, E^2 - 1, that all named effects close together. A law that
-# leaves more than it closes is not the cause, but something like it.
-MIN_SHARE_OF_CAUSE = 0.5
 
 
 class Kind(Enum):
@@ -74,39 +43,6 @@ class Stage(Enum):
     PAIR = "two effects that were accepted in one step, in the place of one or none"
     VERDICT = "all effects in the model together, at the end"
     ALTERNATIVES = "all effects in the model together, against every free-form alternative"
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """A model with an effect beside the same model without it: what the criteria look at.
-
-    Attributes:
-        state: State of the search. Its adequacy is that of the model without the effect, except at the stages that
-            follow an acceptance (`Stage.PAIR`, `Stage.VERDICT`, `Stage.ALTERNATIVES`).
-        without: Fitted model without the effect.
-        fitted: Fitted model with it.
-        remaining: Effects that the candidates were chosen from.
-        seed: Seed of the replicates.
-        free_forms: Free-form alternatives to compare with, best first.
-    """
-
-    state: SearchState
-    without: FittedModel
-    fitted: FittedModel
-    remaining: Sequence[Effect] = ()
-    seed: int = 0
-    free_forms: Sequence[FreeFormFit] = ()
-
-    @property
-    def new_effects(self) -> list[Effect]:
-        """Effects that the model without does not have."""
-        return [effect for effect in self.fitted.effects if effect.name not in self.without.names]
-
-    @property
-    def candidates(self) -> int:
-        """Number of sets of effects that share the level of a test (Bonferroni)."""
-        count = len(self.remaining)
-        return max(count, comb(count, len(self.new_effects)))
 
 
 class Exemption(NamedTuple):
@@ -194,161 +130,6 @@ def criteria_table() -> list[CriteriaRow]:
     return rows
 
 
-def gap_reduction_relevant(before: HeldOutScore, after: HeldOutScore) -> bool:
-    """Whether at least `MIN_GAP_CLOSED` of the gap before is closed after; true where there is no gap to close."""
-    return not share_closed(before.gap**2, after.gap**2) < MIN_GAP_CLOSED
-
-
-def _predicts_held_out_data(evidence: Evidence) -> bool:
-    with_it, without = evidence.fitted.score, evidence.without.score
-    return predicts_better_among(evidence.state.bootstrap, with_it, without, evidence.candidates)
-
-
-def _ends_the_gap(evidence: Evidence) -> bool:
-    """Whether an effect predicts better on the whole, shrinks the gap significantly, and leaves only noise.
-
-    The likelihood allows for slow discrepancies. A slow effect therefore gains little in every stretch, and one event
-    can outweigh it, while the gap shows it. Many a wrong law shrinks a gap: only one that ends it qualifies. What shows
-    once in a log is missing from a third of all resamples: then the evidence must exceed its threshold, and nothing may
-    be left.
-    """
-    state, with_it, without = evidence.state, evidence.fitted.score, evidence.without.score
-    if state.adequacy.within_thresholds or with_it.held_out_deviance >= without.held_out_deviance:
-        return False
-    reduction = resampled_squared_gaps(state.bootstrap, without) - resampled_squared_gaps(state.bootstrap, with_it)
-    everywhere = float(np.quantile(reduction, LEVEL / evidence.candidates)) > 0.0
-    if not everywhere and not exceeds_evidence_threshold(with_it, without, evidence.candidates):
-        return False
-    left = check_adequacy(evidence.fitted, evidence.seed)
-    return left.within_thresholds if everywhere else left.adequate
-
-
-def _evidence_is_strong(evidence: Evidence) -> bool:
-    if not evidence.state.adequacy.adequate:
-        return True
-    held_out = exceeds_evidence_threshold(evidence.fitted.score, evidence.without.score, evidence.candidates)
-    return held_out and fit_exceeds_evidence_threshold(evidence.fitted.fit, evidence.without.fit, evidence.candidates)
-
-
-def _likelihood_ratio(evidence: Evidence) -> bool:
-    return passes_likelihood_ratio_test(evidence.without.fit, evidence.fitted.fit, evidence.candidates)
-
-
-def _gap_shrinks(evidence: Evidence) -> bool:
-    return gap_reduction_significant(evidence.state.bootstrap, evidence.without.score, evidence.fitted.score)
-
-
-def _closes_enough(evidence: Evidence) -> bool:
-    return gap_reduction_relevant(evidence.without.score, evidence.fitted.score)
-
-
-def _uncertainty_of_squared_gaps(model: FittedModel) -> dict[str, float]:
-    """By channel, how far E^2 of white noise strays from 1: three standard deviations for its number of samples."""
-    counts: dict[str, int] = {}
-    for piece in model.problem.pieces:
-        counts[piece.name] = counts.get(piece.name, 0) + piece.channel.time.size
-    return {name: 3.0 * float(np.sqrt(2.0 / count)) for name, count in counts.items()}
-
-
-def _gap_to_explain(evidence: Evidence) -> bool:
-    problem, fitted = evidence.without.problem, evidence.without.fit
-    budget, chance = model_error_budget(problem, fitted), _uncertainty_of_squared_gaps(evidence.without)
-    before = evidence.without.score.by_channel
-    return any(gap**2 - 1.0 > max(MIN_GAP, budget[name], chance[name]) for name, gap in before.items())
-
-
-def _exceeds_model_error(evidence: Evidence) -> bool:
-    problem, fitted = evidence.without.problem, evidence.without.fit
-    budget, chance = model_error_budget(problem, fitted), _uncertainty_of_squared_gaps(evidence.without)
-    before, after = evidence.without.score.by_channel, evidence.fitted.score.by_channel
-    return any(before[name] ** 2 - after[name] ** 2 > max(budget[name], chance[name]) for name in before)
-
-
-def _is_material(evidence: Evidence) -> bool:
-    problem, values = evidence.fitted.problem, evidence.fitted.fit.values
-    fitted = user_values(problem, values)
-    for effect in evidence.new_effects:
-        own = {parameter.name: parameter.nominal for parameter in effect.parameters}
-        if not effect.is_material(user_values(problem, values | own), fitted):
-            return False
-    return True
-
-
-def _closes_most(evidence: Evidence) -> bool:
-    """Whether less is left of the calibrated gap beyond the noise than is closed; true where there is none."""
-    before = evidence.without.score.gap**2 - 1.0
-    after = max(evidence.fitted.score.gap**2 - 1.0, 0.0)
-    return before <= 0.0 or after <= (1.0 - MIN_SHARE_OF_CAUSE) * before
-
-
-def _nonphysical(evidence: Evidence) -> list[str]:
-    values = evidence.fitted.fit.values
-    return [effect.nonphysical for effect in evidence.new_effects if not effect.is_physical(values)]
-
-
-def _closes_enough_of_calibrated_gap(evidence: Evidence) -> bool:
-    state = evidence.state
-    if not state.adequacy.adequate:
-        return True
-    reduction = evidence.without.score.gap**2 - evidence.fitted.score.gap**2
-    return reduction >= MIN_GAP_CLOSED * (state.calibrated.score.gap**2 - 1.0)
-
-
-def _nothing_left_to_find(evidence: Evidence) -> bool:
-    return check_adequacy(evidence.fitted, evidence.seed, evidence.remaining).complete
-
-
-def _gap_of_other_runs_shrinks(evidence: Evidence) -> bool:
-    before, after = evidence.without.cross_run_score, evidence.fitted.cross_run_score
-    return gap_reduction_significant(evidence.state.bootstrap, before, after)
-
-
-def _closes_enough_in_other_runs(evidence: Evidence) -> bool:
-    return gap_reduction_relevant(evidence.without.cross_run_score, evidence.fitted.cross_run_score)
-
-
-def _predicts_better_than_free_forms(evidence: Evidence) -> bool:
-    forms = evidence.free_forms
-    return not forms or predicts_better(evidence.state.bootstrap, evidence.fitted.score, forms[0].score, len(forms))
-
-
-def _log_supports_it_without_prior(evidence: Evidence) -> bool:
-    """Whether the log alone, whatever rigs commonly are, prefers the effect to the implausible calibration."""
-    without, fitted = (each.problem.cost(each.fit.residual)[0] for each in (evidence.without, evidence.fitted))
-    added = len(evidence.fitted.fit.parameters) - len(evidence.without.fit.parameters)
-    predicts = evidence.fitted.score.held_out_deviance <= evidence.without.score.held_out_deviance
-    return predicts and without - fitted > chi2_critical(added, len(evidence.remaining))
-
-
-def _still_needed(evidence: Evidence) -> bool:
-    shrinks = _gap_shrinks(evidence) and _closes_enough(evidence)
-    better = shrinks or predicts_better(evidence.state.bootstrap, evidence.fitted.score, evidence.without.score)
-    return better and passes_likelihood_ratio_test(evidence.without.fit, evidence.fitted.fit)
-
-
-def _no_free_form_predicts_better(evidence: Evidence) -> bool:
-    """Whether no free form predicts better, leaving out those of the named effects where these leave only noise.
-
-    There a free form of a named effect only says that the cause is not quite the catalogue's law.
-    """
-    named = evidence.fitted.effects if evidence.state.adequacy.adequate else ()
-    rivals = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
-    count = len(evidence.free_forms)
-    score = evidence.fitted.score
-    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in rivals)
-
-
-def _no_form_elsewhere_is_likelier(evidence: Evidence) -> bool:
-    sites = {effect.site for effect in evidence.fitted.effects}
-    elsewhere = [form for form in evidence.free_forms if form.site not in sites]
-    score = evidence.fitted.score
-    return not any(
-        score.held_out_deviance - form.score.held_out_deviance > chi2_critical(1, len(elsewhere))
-        and form.score.gap < score.gap
-        for form in elsewhere
-    )
-
-
 CRITERIA: tuple[Criterion, ...] = (
     Criterion(
         name="predicts held-out data",
@@ -358,10 +139,10 @@ CRITERIA: tuple[Criterion, ...] = (
         message="does not predict held-out data significantly better, at the level shared among all candidates",
         reason="A larger model always fits better. Only data that the fit has not seen show whether it found something "
         "that repeats, and the best of many candidates wins by chance more often than one alone.",
-        passes=_predicts_held_out_data,
+        passes=tests.predicts_held_out_data,
         exemption=Exemption(
             "it predicts better on the whole, shrinks the gap significantly and leaves no more than noise",
-            _ends_the_gap,
+            tests.ends_the_gap,
         ),
     ),
     Criterion(
@@ -372,7 +153,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "(Akaike)",
         message="the model without it already leaves only noise, and the log does not show the effect strongly enough",
         reason="Where nothing is left to explain, a name needs evidence that no noise model could produce.",
-        passes=_evidence_is_strong,
+        passes=tests.evidence_is_strong,
     ),
     Criterion(
         name="likelihood ratio",
@@ -381,7 +162,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"chi-squared quantile of the added parameters at {_SHARED_LEVEL}",
         message="does not make the whole log likelier than its free parameters would by chance",
         reason="Held-out stretches alone can favour an effect by what the refits without it happened to do there.",
-        passes=_likelihood_ratio,
+        passes=tests.likelihood_ratio,
     ),
     Criterion(
         name="gap reduction significant",
@@ -390,7 +171,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
         message="the gap does not shrink significantly",
         reason="An effect can make the log likelier and leave the gap as it was: then it describes noise.",
-        passes=_gap_shrinks,
+        passes=tests.gap_shrinks,
     ),
     Criterion(
         name="a gap to explain",
@@ -400,7 +181,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "noise, and above the model's own error",
         message="no gap to explain: without it every channel is at the noise, or within the model's own error",
         reason="An effect beside which nothing was left to explain is a correction of the model, not a cause.",
-        passes=_gap_to_explain,
+        passes=tests.gap_to_explain,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -411,7 +192,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "standard deviations of white noise",
         message="too small: closes less than the model's own error may hold",
         reason="No simulator is exact. What an effect closes must exceed what mesh, laws and sensors are wrong by.",
-        passes=_exceeds_model_error,
+        passes=tests.exceeds_model_error,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -421,7 +202,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold="one parameter differs from neutral by the smallest amount that an engineer acts on (registry)",
         message="too small: by less than anybody would act on",
         reason="A name asks somebody to do something.",
-        passes=_is_material,
+        passes=tests.is_material,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -431,7 +212,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
         message=f"too small: closes less than {_PERCENT} of the gap",
         reason="In a long log a tiny change is significant. No simulator is exact, and nobody acts on so little.",
-        passes=_closes_enough,
+        passes=tests.closes_enough,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -441,7 +222,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"at least {100.0 * MIN_SHARE_OF_CAUSE:g} % closed (MIN_SHARE_OF_CAUSE)",
         message="leaves more of the gap than it closes",
         reason="A law that acts at the right place but in another way closes part of a gap. Its name would be wrong.",
-        passes=_closes_most,
+        passes=tests.closes_most,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -451,9 +232,9 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold="the physical range that the catalogue gives",
         message="its fitted value is not physical: it would be {detail}",
         reason="With the wrong sign an effect is another cause than its name says.",
-        passes=lambda evidence: not _nonphysical(evidence),
+        passes=lambda evidence: not tests.nonphysical(evidence),
         kind=Kind.MEANING,
-        details=_nonphysical,
+        details=tests.nonphysical,
     ),
     Criterion(
         name="relevant after calibration",
@@ -462,9 +243,9 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
         message=f"too small: closes less than {_PERCENT} of the gap left after calibration",
         reason="Where the model is adequate already, a large share of what remains can be next to nothing.",
-        passes=_closes_enough_of_calibrated_gap,
+        passes=tests.closes_enough_of_calibrated_gap,
         kind=Kind.SIZE,
-        exemption=Exemption("an effect was visible in the residuals and none is any more", _nothing_left_to_find),
+        exemption=Exemption("an effect was visible in the residuals and none is any more", tests.nothing_left_to_find),
     ),
     Criterion(
         name="gap reduction significant in other runs",
@@ -473,7 +254,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
         message="in runs that its fit has not seen, the gap does not shrink significantly",
         reason="Another excitation separates causes that more of the same cannot: a near relative of the cause fails.",
-        passes=_gap_of_other_runs_shrinks,
+        passes=tests.gap_of_other_runs_shrinks,
     ),
     Criterion(
         name="gap reduction relevant in other runs",
@@ -482,7 +263,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
         message=f"in runs that its fit has not seen, it closes less than {_PERCENT} of the gap",
         reason="As in the runs that were fitted: nobody acts on so little.",
-        passes=_closes_enough_in_other_runs,
+        passes=tests.closes_enough_in_other_runs,
         kind=Kind.SIZE,
     ),
     Criterion(
@@ -492,7 +273,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"lower bound of the gain above zero at {100.0 * LEVEL:g} % divided by the number of free forms",
         message="a free form of an effect already in the model fits as well: {detail}",
         reason="A cause that differs a little from the catalogue's law leaves a residual that some other effect fits.",
-        passes=_predicts_better_than_free_forms,
+        passes=tests.predicts_better_than_free_forms,
         details=lambda evidence: [evidence.free_forms[0].description],
     ),
     Criterion(
@@ -511,7 +292,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"chi-squared quantile of the added parameters at {_SHARED_LEVEL}; held-out deviance no larger",
         message="the log alone does not prefer it to an implausible calibration",
         reason="Otherwise only the prior of the calibration speaks for the effect. It is reported as suspected.",
-        passes=_log_supports_it_without_prior,
+        passes=tests.log_supports_it_without_prior,
     ),
     Criterion(
         name="still needed",
@@ -521,7 +302,7 @@ CRITERIA: tuple[Criterion, ...] = (
         f"{_PERCENT} without it, or held-out data are predicted better with it",
         message="no longer needed beside the other effects",
         reason="A later effect can explain what an earlier one was accepted for.",
-        passes=_still_needed,
+        passes=tests.still_needed,
     ),
     Criterion(
         name="pair ends the gap",
@@ -539,7 +320,7 @@ CRITERIA: tuple[Criterion, ...] = (
         threshold=f"gain not above zero at {100.0 * LEVEL:g} % divided by the number of alternatives",
         message="a free-form alternative predicts held-out data significantly better",
         reason="What a law cannot follow and a free form can is not that law's cause.",
-        passes=_no_free_form_predicts_better,
+        passes=tests.no_free_form_predicts_better,
     ),
     Criterion(
         name="no free form at another site is likelier",
@@ -550,6 +331,6 @@ CRITERIA: tuple[Criterion, ...] = (
         message="a free-form alternative at another site is likelier",
         reason="An effect is no cause unless it predicts more than a disturbance elsewhere; this need not be "
         "significant.",
-        passes=_no_form_elsewhere_is_likelier,
+        passes=tests.no_form_elsewhere_is_likelier,
     ),
 )

@@ -19,7 +19,8 @@ from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import HasFreeForms
 from slider_drilling.gap.search.least_squares import min_gain_to_catch_up
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures, gap_reduction_relevant
+from slider_drilling.gap.selection.evidence_tests import Evidence, gap_reduction_relevant
+from slider_drilling.gap.selection.naming_criteria import Stage, failures
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
 
