@@ -24,8 +24,10 @@ from slider_drilling.diagnosis.result import (
 from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
+from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
+from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.selection.evidence_tests import Evidence
 from slider_drilling.gap.selection.naming_criteria import Stage, criterion, failures
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel
@@ -236,11 +238,15 @@ def _closed(candidate: CandidateResult, answer: GapDiagnosis) -> _Closed:
 
 def fitted_parameters(model: FittedModel, prefix: str = "") -> Mapping[str, FittedParameter]:
     """The fitted parameters under the names that users know; prefix: only those that begin with it."""
-    intervals = parameter_intervals(model.problem, model.fit)
-    values = user_values(model.problem, model.fit.values)
+    return parameters_of_fit(model.problem, model.fit, prefix)
+
+
+def parameters_of_fit(problem: Problem, found: Fit, prefix: str = "") -> dict[str, FittedParameter]:
+    """The parameters of a fit under the names that users know; prefix: only those that begin with it."""
+    intervals, values = parameter_intervals(problem, found), user_values(problem, found.values)
     return {
         name: FittedParameter(values[name], parameter.unit, parameter.nominal, intervals.get(name))
-        for name, parameter in user_parameters(model.problem, model.fit).items() if name.startswith(prefix)
+        for name, parameter in user_parameters(problem, found).items() if name.startswith(prefix)
     }  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
+from slider_drilling.diagnosis.build_result import parameters_of_fit
 from slider_drilling.diagnosis.change_answer import (
     SAME_AS_BEFORE,
     ChangeAnswer,
@@ -29,7 +30,7 @@ from slider_drilling.diagnosis.rig_source import find_rig_source
 from slider_drilling.diagnosis.usual_error import usual_gaps
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
+from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import LogChecks
 from slider_drilling.rig import Rig
@@ -122,13 +123,7 @@ def _why_not(tried: TriedChange, answer: ChangeAnswer) -> str:
 
 
 def _effect_parameters(tried: TriedChange) -> dict[str, FittedParameter]:
-    prefix = f"{tried.effect.name}."
-    intervals = parameter_intervals(tried.problem, tried.fit)
-    values = user_values(tried.problem, tried.fit.values)
-    return {
-        name: FittedParameter(values[name], parameter.unit, parameter.nominal, intervals.get(name))
-        for name, parameter in user_parameters(tried.problem, tried.fit).items() if name.startswith(prefix)
-    }  # fmt: skip
+    return parameters_of_fit(tried.problem, tried.fit, f"{tried.effect.name}.")
 
 
 def _parameters(search: ChangeSearch, answer: ChangeAnswer) -> dict[str, FittedParameter]:

@@ -28,33 +28,29 @@ _Sample = TypeVar("_Sample", StripSample, ExpectedSample)
 
 def samples_json(samples: Sequence[StripSample], units: Units = SI) -> list[list[float | None]]:
     """Time and the channels of `STRIPS` of each sample, in their units; of many samples, the extremes of torque."""
-    if len(samples) > MAX_SAMPLES_PER_FRAME:
-        samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
     return [
-        [
-            round(sample.time, 3),
-            _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
-            _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
-            _rounded(units.convert(sample.hook_load / 1e3, "kN"), 2),
-            _rounded(units.convert(sample.top_drive_angle, "rad"), 3),
-        ]
-        for sample in samples
+        [*_channels(sample, units), _rounded(units.convert(sample.top_drive_angle, "rad"), 3)]
+        for sample in _few(samples)
     ]
 
 
 def expected_json(samples: Sequence[ExpectedSample], units: Units = SI) -> list[list[float | None]]:
     """Time, torque, differential pressure, hook load and toolface (deg) that a twin expects, in units of the strips."""
-    if len(samples) > MAX_SAMPLES_PER_FRAME:
-        samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
+    return [[*_channels(sample, units), _degrees(sample.tool_face)] for sample in _few(samples)]
+
+
+def _few(samples: Sequence[_Sample]) -> Sequence[_Sample]:
+    """The samples, thinned to as many as a frame holds."""
+    return _thinned(samples, MAX_SAMPLES_PER_FRAME) if len(samples) > MAX_SAMPLES_PER_FRAME else samples
+
+
+def _channels(sample: StripSample | ExpectedSample, units: Units) -> list[float | None]:
+    """Time and the channels that are both measured and expected, in units of the strips."""
     return [
-        [
-            round(sample.time, 3),
-            _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
-            _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
-            _rounded(units.convert(sample.hook_load / 1e3, "kN"), 2),
-            _degrees(sample.tool_face),
-        ]
-        for sample in samples
+        round(sample.time, 3),
+        _rounded(units.convert(sample.surface_torque / 1e3, "kN m"), 3),
+        _rounded(units.convert(sample.differential_pressure / 1e5, "bar"), 2),
+        _rounded(units.convert(sample.hook_load / 1e3, "kN"), 2),
     ]
 
 

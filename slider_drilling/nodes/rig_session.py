@@ -8,12 +8,9 @@ from __future__ import annotations
 import contextlib
 import functools
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import rclpy
-from rclpy.parameter import Parameter
 
 from slider_drilling.errors import InputError
 from slider_drilling.nodes import environment
@@ -21,7 +18,7 @@ from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.shutdown import ShutdownRequest
-from slider_drilling.nodes.spin import drain, spin
+from slider_drilling.nodes.spin import drain, node_maker, spin
 from slider_drilling.programmes.progress import ProgrammeProgress
 
 
@@ -53,12 +50,7 @@ def run_on_rig(rig: Path, programme: Path, folder: Path) -> tuple[Path, Programm
 def _run(
     rig: Path, programme: Path, folder: Path, shutdown_request: ShutdownRequest, ending: contextlib.ExitStack
 ) -> tuple[Path, ProgrammeProgress | None]:
-    def make(kind: Callable[..., Any], **parameters: Any) -> Any:
-        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        node = kind(shutdown_request, parameter_overrides=overrides)
-        ending.callback(node.destroy_node)
-        return node
-
+    make = node_maker(shutdown_request, ending)
     recorder = make(Recorder, directory=str(folder), rig=str(rig), programme=str(programme))
     ending.push(functools.partial(_close, recorder))
     controller = make(RockingController, rig=str(rig), programme=str(programme), end_with_programme=True)

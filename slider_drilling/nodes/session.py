@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.parameter import Parameter
 
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.live.server import Address
@@ -21,7 +20,7 @@ from slider_drilling.nodes.rig_parameter import EXAMPLE
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.shutdown import ShutdownRequest
-from slider_drilling.nodes.spin import drain, spin
+from slider_drilling.nodes.spin import drain, node_maker, spin
 from slider_drilling.process.shutdown import TerminationSignal
 from slider_drilling.programmes.progress import ProgrammeProgress
 
@@ -120,12 +119,7 @@ def _run(
     shutdown_request: ShutdownRequest,
     ending: contextlib.ExitStack,
 ) -> SessionResult:
-    def make(kind: Callable[..., Any], **parameters: Any) -> Any:
-        overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
-        node = kind(shutdown_request, parameter_overrides=overrides)
-        ending.callback(node.destroy_node)
-        return node
-
+    make = node_maker(shutdown_request, ending)
     # The simulator first: if another rig is simulated already, that one is not recorded.
     simulator = _make_simulator(make, options)
     recorder: Recorder | None = None

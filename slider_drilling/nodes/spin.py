@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from rclpy.timer import Timer
 
@@ -31,6 +34,23 @@ def make_executor(supported: bool = False) -> Executor:
     except ImportError:
         return SingleThreadedExecutor()
     return EventsExecutor()
+
+
+def node_maker(shutdown_request: ShutdownRequest, ending: ExitStack) -> Callable[..., Any]:
+    """Makes nodes of one process: called with a class and its parameters, of which None are left at their defaults.
+
+    Args:
+        shutdown_request: Given to each node.
+        ending: Destroys each node when it is closed.
+    """
+
+    def make(kind: Callable[..., Any], **parameters: Any) -> Any:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
+        node = kind(shutdown_request, parameter_overrides=overrides)
+        ending.callback(node.destroy_node)
+        return node
+
+    return make
 
 
 def steady_timer(node: Node, period: float, callback: Callable[[], None]) -> Timer:
