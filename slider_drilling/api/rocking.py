@@ -53,5 +53,5 @@ def rocking(
     share = np.clip(time / period, 0.0, 1.0)
     angle = angle + centre * share**2 * (3.0 - 2.0 * share)
     speed = speed + centre * 6.0 * share * (1.0 - share) / period
-    pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement if pump_speed is None else pump_speed
+    pump = rig.reference_pump_speed if pump_speed is None else pump_speed
     return Commands(time, angle, speed, block_speed * time, np.full_like(time, block_speed), np.full_like(time, pump))

@@ -25,7 +25,7 @@ def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:
     interval = 1.0 / rig.sensors.rate
     time: Array = np.asarray(start + interval * np.arange(round(duration / interval) + 1), dtype=float)
     rate = 2.0 * math.pi / 24.0
-    pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    pump = rig.reference_pump_speed
     return Commands(time, 20.0 * (1.0 - np.cos(rate * time)), 20.0 * rate * np.sin(rate * time), 0.0025 * time,
                     np.full_like(time, 0.0025), np.full_like(time, pump))  # fmt: skip
 

@@ -44,7 +44,7 @@ def settings_for(rig: Rig) -> FixedRockingSettings:
     """
     length = sum(section.length for section in rig.string.sections)
     amplitude, period = _interpolate(length)
-    pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    pump_speed = rig.reference_pump_speed
     needed = _ACCELERATION_MARGIN * 4.0 * amplitude / period / rig.top_drive.max_acceleration
     rounding = min(max(FixedRockingSettings.rounding, needed), period / 6.0)
     return FixedRockingSettings(amplitude=amplitude, period=period, rounding=rounding, pump_speed=pump_speed)

@@ -77,7 +77,7 @@ class SlideController:
         self._rig = rig = with_worn_motor(rig)
         self._settings = settings = SlideSettings() if settings is None else settings
         check(settings)
-        self._reference_pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._reference_pump_speed = rig.reference_pump_speed
         self._block = BlockControl(rig, settings)
         self._amplitude = AmplitudeControl(rig, settings, self._block.target_weight_on_bit)
         self._centre = CentreControl(rig, settings)

@@ -82,7 +82,7 @@ class VirtualRig:
         self._friction_of_angle, self._friction_of_speed = friction_of_angle, friction_of_speed
         self.interval = 1.0 / rig.sensors.rate
         if pump_speed is None:
-            pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+            pump_speed = rig.reference_pump_speed
         self._plant = self._make_plant(elements, start, modifiers, substeps)
         self._drives = DriveState(pump_speed=pump_speed)
         self._random = np.random.default_rng(seed)

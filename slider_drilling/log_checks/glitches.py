@@ -61,7 +61,7 @@ def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
     drive, hydraulics = rig.top_drive, rig.hydraulics
     hanging = static_loads(rig, elements=50).hook_load
     pressure = hydraulics.reference_pressure + rig.motor.pressure_at_stall
-    pump = hydraulics.reference_flow / rig.mud_pump.displacement
+    pump = rig.reference_pump_speed
     issues: list[LogIssue] = []
 
     def masked(series: Series | None, columns: Callable[[float], Sequence[_Column]]) -> Series | None:

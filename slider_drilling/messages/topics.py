@@ -216,8 +216,8 @@ def _of_twin(prefix: str, key: str, content: str) -> Topic:
     return Topic(f"{prefix}/{sensor.name}", sensor.type, sensor.joint, quantities, content)
 
 
-# A rig's topics, and what the node `twin` says of its sensors: no measurement, and no controller reads it.
-TOPICS: dict[str, Topic] = _RIG_TOPICS | {
+# What the node `twin` says of a rig's sensors: no measurement, and no controller reads it.
+TWIN_SERIES: dict[str, Topic] = {
     "expected_top_drive": _of_twin("expected", "top_drive", "by the twin: effort = expected surface torque N m"),
     "expected_draw_works": _of_twin("expected", "draw_works", "by the twin: effort = expected hook load N"),
     "expected_standpipe_pressure": _of_twin(
@@ -233,6 +233,7 @@ TOPICS: dict[str, Topic] = _RIG_TOPICS | {
         "forecast", "mwd_tool_face", "by the twin: toolface rad at the time of the stamp, which is ahead"
     ),
 }
+TOPICS: dict[str, Topic] = _RIG_TOPICS | TWIN_SERIES
 # Messages of the twin whose numbers a log does not read back. A JointState holds a number for each channel or quantity:
 # `name` its name, `position` the number.
 GAP_TIMES = (10, 60, 300)  # s over which the gap is averaged
@@ -249,7 +250,6 @@ TREND_TOPICS: dict[str, Topic] = {
 }
 GAP_DIAGNOSIS = Topic("gap/diagnosis", STRING, content="what changed, since when and why, as JSON; latched")
 TWIN_TOPICS = (*GAP_TOPICS.values(), GAP_THRESHOLD, *TREND_TOPICS.values(), GAP_DIAGNOSIS)
-TWIN_PREFIXES = ("expected", "forecast", "gap", "trend")  # first part of the names of all that the twin says
 # The commands of all drives in one message, which is taken or refused as a whole; instead of their own topics.
 DRIVES_COMMAND = Topic("drives/command", JOINT_STATE)
 DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY, content="health of each node")
@@ -279,8 +279,7 @@ def fitting_keys(topic: str) -> list[str]:
 
 def is_of_twin(topic: str) -> bool:
     """Whether a topic, in any namespace, is one of the twin's."""
-    twin = [known.name for key, known in TOPICS.items() if key.startswith(TWIN_PREFIXES)]
-    return any(namespace_of(topic, name) is not None for name in (*twin, *(known.name for known in TWIN_TOPICS)))
+    return any(namespace_of(topic, known.name) is not None for known in (*TWIN_SERIES.values(), *TWIN_TOPICS))
 
 
 def canonical_type(name: str) -> str:

@@ -18,7 +18,7 @@ from slider_drilling.messages.topics import (
     GAP_TOPICS,
     TOPICS,
     TREND_TOPICS,
-    TWIN_PREFIXES,
+    TWIN_SERIES,
 )
 from slider_drilling.nodes import raw_topics
 from slider_drilling.twin import COMPARED, Forecast, TwinReport
@@ -37,8 +37,7 @@ class TwinPublishers:
 
     def __init__(self, node: Node, pressure_variance: float) -> None:
         self._variance = pressure_variance
-        keys = [key for key in TOPICS if key.startswith(TWIN_PREFIXES)]
-        self._channels = {key: raw_topics.publisher(node, TOPICS[key]) for key in keys}
+        self._channels = {key: raw_topics.publisher(node, topic) for key, topic in TWIN_SERIES.items()}
         self._gaps = {seconds: raw_topics.publisher(node, topic) for seconds, topic in GAP_TOPICS.items()}
         self._threshold = raw_topics.publisher(node, GAP_THRESHOLD)
         self._trends = {bound: raw_topics.publisher(node, topic) for bound, topic in TREND_TOPICS.items()}

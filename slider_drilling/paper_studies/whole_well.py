@@ -55,5 +55,5 @@ def slide(rig: Rig, duration: float, rate_m_per_h: float, amplitude: float = 0.0
         angle, speed = np.array([wave.from_rest(t) for t in time]).T
     lowering = np.full(time.size, rate_m_per_h / HOUR)
     block = time * rate_m_per_h / HOUR
-    pump = np.full_like(time, rig.hydraulics.reference_flow / rig.mud_pump.displacement)
+    pump = np.full_like(time, rig.reference_pump_speed)
     return Commands(time, angle, speed, block, lowering, pump)

@@ -51,7 +51,7 @@ class ProgrammeController:
         self._limits = tuple(complete(step.limits, programme.limits, rig) for step in programme.steps)
         self._surface = SurfaceState(rig, programme.bit_height)
         self._guard = LimitGuard(rig, self._surface.interval)
-        self._reference_pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._reference_pump = rig.reference_pump_speed
         stall = StallGuard(_STALL_SHARE * rig.motor.max_pressure, _RELEASED_SHARE * rig.motor.max_pressure)
         first = self._limits[0]
         self._interlocks = Interlocks(first.right_torque, first.left_torque, stall,

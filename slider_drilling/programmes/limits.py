@@ -75,9 +75,8 @@ def rig_limits(rig: Rig) -> StepLimits:
     Torque: those of the slide controller, or less where a connection or the top drive takes less. Weight and pressure:
     the share of the motor's largest pressure that counts as stall.
     """
-    weakest = min((section.make_up_torque for section in rig.string.sections if section.make_up_torque is not None),
-                  default=math.inf)  # fmt: skip
-    most = _TORQUE_SHARE * min(weakest, rig.top_drive.max_torque)
+    weakest = rig.string.weakest_make_up_torque
+    most = _TORQUE_SHARE * min(math.inf if weakest is None else weakest, rig.top_drive.max_torque)
     weight = _WEIGHT_SHARE * rig.motor.max_pressure * rig.motor.torque_per_pressure / rig.bit.lever
     pressure = rig.circulating_pressure + _STALL_SHARE * rig.motor.max_pressure
     return StepLimits(min(_MAKE_UP, most), min(_BACK_OFF, most), weight, pressure, _TOLERANCE, EITHER)

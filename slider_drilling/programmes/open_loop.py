@@ -31,7 +31,7 @@ class TimedMotion:
 
 def initial_drives(rig: Rig, bit_height: float = 0.0) -> DriveStates:
     """Drives at rest, the pump at the reference flow, the bit so far (m) above bottom."""
-    pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    pump = rig.reference_pump_speed
     return DriveStates(0.0, 0.0, 0.0, 0.0, 0.0, pump, bit_height, bit_height)
 
 

@@ -84,7 +84,7 @@ def _check_speeds(step: Step, rig: Rig, where: str) -> None:
 
 def _check_flow(start: DriveStates, end: DriveStates, limits: CompleteLimits, rig: Rig, where: str) -> None:
     """The pressure of circulation alone stays below the limit, and nothing is lowered without flow."""
-    reference = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    reference = rig.reference_pump_speed
     pressure = rig.circulating_pressure * (max(start.pump, end.pump) / reference) ** 1.8
     if pressure >= 0.95 * limits.pressure:
         raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "

@@ -159,6 +159,11 @@ class String:
         return math.fsum(section.length for section in self.sections)
 
     @property
+    def weakest_make_up_torque(self) -> float | None:
+        """Smallest make-up torque of its connections, N m; None if no section tells one."""
+        return min((each.make_up_torque for each in self.sections if each.make_up_torque is not None), default=None)
+
+    @property
     def axial_stiffness(self) -> float:
         """Stiffness of the whole string between block and bit, N/m."""
         compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2)
@@ -238,9 +243,13 @@ class Motor:
         """Differential pressure at which the motor stalls, Pa."""
         return self.max_pressure if self.stall_pressure is None else self.stall_pressure
 
+    def leak_at(self, pressure: float) -> float:
+        """Share of the flow that bypasses at a differential pressure, Pa: it grows with its square."""
+        return self.leak * (pressure / self.max_pressure) ** 2
+
     @property
     def leak_at_stall(self) -> float:
-        """Share of the flow that bypasses at `pressure_at_stall`; it grows with the square of the pressure."""
+        """Share of the flow that bypasses at `pressure_at_stall`."""
         return self.leak_over_stall * self.leak
 
     @property

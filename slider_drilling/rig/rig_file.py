@@ -78,7 +78,12 @@ class Rig:
     def max_pump_speed(self) -> float:
         """Fastest crank of the mud pump, rad/s."""
         limit = self.mud_pump.max_speed
-        return 2.0 * self.hydraulics.reference_flow / self.mud_pump.displacement if limit is None else limit
+        return 2.0 * self.reference_pump_speed if limit is None else limit
+
+    @property
+    def reference_pump_speed(self) -> float:
+        """Crank speed of the mud pump at the reference flow, rad/s."""
+        return self.hydraulics.reference_flow / self.mud_pump.displacement
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **blocks: Any) -> Rig:
         """This rig with some values changed, checked as a rig file is.

@@ -27,7 +27,7 @@ def assumed_rows(rig: Rig, units: Units) -> list[tuple[str, str, str]]:
     tree: Any = to_tree(rig)
     rows = []
     for item in rig.assumed:
-        unit = _sensor_unit(item.key) or of_key[re.sub(r"\[\d+\]", "[]", item.key)]
+        unit = of_key[re.sub(r"\[\d+\]", "[]", item.key)]
         value = float(reduce(operator.getitem, key_steps(item.key), tree))
         rows.append((item.key, _shown(value, item.spread, unit, units), item.why))
     return rows
@@ -39,10 +39,3 @@ def _shown(value: float, spread: float, unit: str, units: Units) -> str:
     own = SI if unit == "N/m" or (unit == "m" and abs(value) < _SMALL) else units
     number, sigma = (format_number(own.convert(item, unit)) for item in (value, spread))
     return f"{number} +/- {sigma} {'' if unit == '-' else own.display_unit(unit)}".rstrip()
-
-
-def _sensor_unit(key: str) -> str | None:
-    """Unit of a sensor's noise: that of its channel."""
-    channel = {"surface_torque": "N m", "hook_load": "N", "standpipe_pressure": "Pa"}
-    match = re.fullmatch(r"sensors\.(\w+)\.(noise|resolution)", key)
-    return channel.get(match[1]) if match is not None else None

@@ -69,8 +69,8 @@ def bit_load_of_rate(rig: Rig, rate: float) -> BitLoad:
 
 
 def _motor_speed(rig: Rig, pressure: float) -> float:
-    leak = rig.motor.leak * (pressure / rig.motor.max_pressure) ** 2
-    return 2.0 * math.pi * rig.hydraulics.reference_flow / rig.motor.displacement * (1.0 - leak)
+    flow = rig.hydraulics.reference_flow
+    return 2.0 * math.pi * flow / rig.motor.displacement * (1.0 - rig.motor.leak_at(pressure))
 
 
 def friction_around(rig: Rig) -> float:

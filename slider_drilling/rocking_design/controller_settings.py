@@ -20,7 +20,7 @@ def fixed_rocking_settings(rig: Rig, row: PlanRow) -> FixedRockingSettings:
         period=round(row.drive.period, 3),
         rounding=round(row.drive.rounding, 4),
         block_speed=round(row.load.rate_of_penetration, 6),
-        pump_speed=round(rig.hydraulics.reference_flow / rig.mud_pump.displacement, 4),
+        pump_speed=round(rig.reference_pump_speed, 4),
     )
     check(settings)
     return settings

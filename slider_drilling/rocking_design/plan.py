@@ -210,10 +210,7 @@ def bit_load(rig: Rig, options: PlanOptions) -> BitLoad:
 
 def torque_limits(rig: Rig, options: PlanOptions) -> Limits:
     """Limits of torque: of the options, else of the weakest connection of the rig's string."""
-    make_up = options.make_up_torque
-    if make_up is None:
-        known = [section.make_up_torque for section in rig.string.sections if section.make_up_torque is not None]
-        make_up = min(known, default=None)
+    make_up = rig.string.weakest_make_up_torque if options.make_up_torque is None else options.make_up_torque
     back_off = options.back_off_torque
     if back_off is None and make_up is not None:
         back_off = BACK_OFF_SHARE * make_up

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -179,8 +179,3 @@ def _row(plan: Plan, row: PlanRow) -> dict[str, Any]:
             "SlideController": asdict(slide_settings(row)),
         },
     }
-
-
-def column_values(plan: Plan, name: str) -> Sequence[float]:
-    """One key of every row's JSON."""
-    return [row[name] for row in plan_json(plan)["rows"]]

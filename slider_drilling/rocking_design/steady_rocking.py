@@ -100,7 +100,7 @@ def rock(
     """
     feed, block = BlockFeed(plant.rig, load.rate_of_penetration), 0.0
     stride = max(round(drive.period / _SNAPSHOTS / _INTERVAL), 1)
-    pump = plant.rig.hydraulics.reference_flow / plant.rig.mud_pump.displacement
+    pump = plant.rig.reference_pump_speed
     channels, snapshots = [], []
     for first in range(0, round((settle + duration) / _INTERVAL), stride):
         time = _INTERVAL * np.arange(first, first + stride, dtype=np.float64)

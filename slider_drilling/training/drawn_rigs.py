@@ -142,7 +142,7 @@ def assemble_rigs(rigs: Sequence[DrawnRig], elements: int, duration: float) -> D
         instruments=_instruments([each.scenario for each in rigs], true, interval),
         steps=np.array([plant.steps for plant in built]), foreign=foreign,
         plants=np.where(foreign, np.cumsum(foreign), np.cumsum(~foreign)) - 1,
-        pump_speed=np.array([rig.hydraulics.reference_flow / rig.mud_pump.displacement for rig in true]),
+        pump_speed=np.array([rig.reference_pump_speed for rig in true]),
         model=_stack_models(models) if models else None,
         foreign_plants=_stack_foreign(others) if others else None,
     )  # fmt: skip
@@ -167,7 +167,7 @@ def _model_plant(rig: Rig, elements: int, interval: float) -> _Plant:
     e, c = assemble.elements([rig], mesh, dt, [Modifiers()]), assemble.lanes([rig], mesh, dt)
     curve = assemble.friction_curve(rig.contact)
     row = np.zeros(9)
-    row[4] = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    row[4] = rig.reference_pump_speed
     state = initial_kernel_state([rig], mesh, e, c, curve, dt, row, [InitialState()])
     compliance = np.cumsum(1.0 / e.torsional_spring[:elements])
     by_speed = float(np.any(e.stribeck_drop) or np.any(e.drift_rate))
@@ -202,7 +202,7 @@ def _foreign_plant(
     plant = ForeignPlant(rig, elements, interval, InitialState(), Modifiers(), structure, changes)
     e = element_constants(rig, plant.mesh, Modifiers(), structure)
     row = np.zeros(9)
-    row[5], row[6:] = rig.hydraulics.reference_flow / rig.mud_pump.displacement, changes[0, 1:]
+    row[5], row[6:] = rig.reference_pump_speed, changes[0, 1:]
     state = plant.initial_state(row)
     run = run_constants(rig, plant.mesh, structure, plant.step, rig.string.length - state.position[-1], 0.0)
     compliance = np.cumsum(1.0 / e.torsional_spring)

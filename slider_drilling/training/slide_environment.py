@@ -42,7 +42,7 @@ class SlideEnvironment(gymnasium.Env[Observation, Observation]):
         self._elements = elements
         rig = scenario.assumed_rig()
         most = np.array([rig.top_drive.max_speed, MAX_BLOCK_SPEED], np.float32)
-        self._pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._pump_speed = rig.reference_pump_speed
         self.action_space = gymnasium.spaces.Box(-most, most, dtype=np.float32)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (len(OBSERVED),), np.float32)
         self._rig: FaultyRig | None = None

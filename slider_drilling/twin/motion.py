@@ -85,7 +85,7 @@ class DriveMotion:
         time, speed = _with_neighbours(self._buffers["pump_speed"], grid[0] - _BEFORE_S, grid[-1] + 1.0)
         if time.size:
             return np.interp(grid, time, speed)
-        reference = self._rig.hydraulics.reference_flow / self._rig.mud_pump.displacement
+        reference = self._rig.reference_pump_speed
         time, pressure = _with_neighbours(self._buffers["standpipe_pressure"], grid[0] - _BEFORE_S, grid[-1] + 1.0)
         if not time.size:
             return np.full_like(grid, reference)

@@ -51,7 +51,7 @@ class BlockFromPressure:
         circulating = rig.circulating_pressure * (flow / rig.hydraulics.reference_flow) ** 1.8
         of_motor = float(np.clip(np.nanmean(pressure) - circulating, 0.0, motor.pressure_at_stall))
         weight = of_motor * motor.torque_per_pressure / rig.bit.lever
-        turns = flow / motor.displacement * (1.0 - motor.leak * (of_motor / motor.max_pressure) ** 2)
+        turns = flow / motor.displacement * (1.0 - motor.leak_at(of_motor))
         drilled = weight * max(turns, 0.0) / rig.bit.depth_of_cut_stiffness
         missing = (weight - weight_on_bit) / rig.string.axial_stiffness
         return float(np.clip(drilled + missing / _TIME_S, -_MAX_SPEED, _MAX_SPEED))

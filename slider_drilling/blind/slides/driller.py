@@ -60,7 +60,7 @@ class Driller:
                 continue
             self._begun.add(each.name)
             if each.name == "flow":
-                reference = self._rig.hydraulics.reference_flow / self._rig.mud_pump.displacement
+                reference = self._rig.reference_pump_speed
                 self._settings = replace(self._settings, pump_speed=each.amount * reference)
                 self._controller.configure(self._settings)
             else:

@@ -41,7 +41,7 @@ class DifferentialPressure:
         self.assumed: float | None = None
         self.tare_error = 0.0
         self.configure(rig, off_bottom_pressure)
-        self._reference_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._reference_speed = rig.reference_pump_speed
         self._torque_per_pressure = rig.motor.torque_per_pressure
         self._times = (quick_time, smooth_time)
 
