@@ -15,8 +15,7 @@ from slider_drilling.errors import InputError
 RIG = SimpleNamespace(top_drive=SimpleNamespace(max_acceleration=20.0),
                       string=SimpleNamespace(sections=(SimpleNamespace(length=3940.0),
                                                        SimpleNamespace(length=60.0))),
-                      hydraulics=SimpleNamespace(reference_flow=0.032),
-                      mud_pump=SimpleNamespace(displacement=0.0026))
+                      reference_pump_speed=0.032 / 0.0026)
 
 
 def measurements(time, angle=0.0, torque=0.0, mwd=()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -73,20 +74,15 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
     """
     from slider_drilling.twin import Twin
     from slider_drilling.twin.feed import LogFeed
+    from slider_drilling.twin.watch import reports_of
 
-    twin, feed = Twin(rig, ask=None), LogFeed(log)
     length = max(float(series.time[-1]) for series in log.series().values())
-    while not feed.ended:
-        for samples in feed.poll():
-            for channel, (times, values) in samples.items():
-                twin.add(channel, times, values)
-            for report in twin.advance():
-                progress("looking for a change", 0.5 * min(report.time / length, 1.0))
-                if report.detections:
-                    first = report.detections[0]
-                    twin.close()
-                    return Since(first.since, first.interval, found=True, log_start=first.since)
-    twin.close()
+    with contextlib.closing(Twin(rig, ask=None)) as twin:
+        for report in reports_of(twin, LogFeed(log)):
+            progress("looking for a change", 0.5 * min(report.time / length, 1.0))
+            if report.detections:
+                first = report.detections[0]
+                return Since(first.since, first.interval, found=True, log_start=first.since)
     raise InputError(f"--since auto: {log.source}: no change detected; give the time from which on to compare")
 
 

@@ -10,9 +10,7 @@ from scipy.stats import binomtest
 
 from slider_drilling.blind.rounds import ArmResult
 from slider_drilling.blind.score import ScoredCase
-from slider_drilling.blind.totals import CLEAR_SIZE, Proportion, proportion
-
-_AS_LARGE = 1.0 / 1.1
+from slider_drilling.blind.totals import Proportion, is_clear, proportion
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ def arm_totals(results: Sequence[ArmResult]) -> list[ArmTotals]:
 
 def _totals(arm: str, own: Sequence[ArmResult]) -> ArmTotals:
     cases = [each.case for each in own]
-    single = [case for case in cases if case.kind == "single" and min(case.sizes) >= _AS_LARGE * CLEAR_SIZE]
+    single = [case for case in cases if case.kind == "single" and is_clear(case)]
     used = [each.limit_use for each in own if each.limit_use is not None]
     return ArmTotals(
         arm, len(cases), proportion(case.truth_named for case in single),

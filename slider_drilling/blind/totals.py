@@ -143,14 +143,14 @@ def count_totals(cases: Sequence[ScoredCase]) -> BlindTotals:
     return BlindTotals(
         correct={kind: proportion(case.correct for case in some) for kind, some in by_kind.items() if some},
         named=_named(single),
-        named_from_size_1_5=_named(filter(_is_clear, single)),
+        named_from_size_1_5=_named(filter(is_clear, single)),
         named_where_gap_remains=_named(case for case in single if case.calibrated_gap >= REMAINING_GAP),
         named_where_identifiable=_named(case for case in single if case.identifiable),
         named_or_masked=proportion(
-            case.truth_named or case.true_effects[0] in case.masked_effects for case in single if _is_clear(case)
+            case.truth_named or case.true_effects[0] in case.masked_effects for case in single if is_clear(case)
         ),
         both_named=_named(double),
-        both_from_size_1_5=_named(filter(_is_clear, double)),
+        both_from_size_1_5=_named(filter(is_clear, double)),
         both_where_identifiable=_named(case for case in double if case.identifiable),
         false_alarms=proportion(case.verdict not in NO_EFFECT_VERDICTS for case in without),
         false_names=proportion(case.outcome == "false name" for case in outside),
@@ -187,7 +187,7 @@ def _named(cases: Iterable[ScoredCase]) -> Proportion:
     return proportion(case.truth_named for case in cases)
 
 
-def _is_clear(case: ScoredCase) -> bool:
+def is_clear(case: ScoredCase) -> bool:
     """Returns whether each effect in the log reaches `CLEAR_SIZE`. Some change next to nothing at any amount."""
     return min(case.sizes) >= CLEAR_SIZE / SIZE_TOLERANCE
 

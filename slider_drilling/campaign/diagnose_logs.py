@@ -16,13 +16,11 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_subfolder, write_atomically
 from slider_drilling.log.log_files import logs_below
 from slider_drilling.pages import Link, Page, Section, Table, Tag
-from slider_drilling.pages.page import Tone
 from slider_drilling.user_code import source_files
 
 SCHEMA = "slider_drilling/diagnoses/2"
 HEADS = ("log", "verdict", "effect", "indistinguishable", "site", "closes [95 %]", "worst channel", "its error",
          "failure")  # fmt: skip
-_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
 
 @dataclass(frozen=True)
@@ -289,10 +287,12 @@ def cells(row: LogRow) -> tuple[str, ...]:
 
 def logs_page(rows: Sequence[LogRow]) -> Page:
     """Returns the page over all logs."""
+    from slider_drilling.diagnosis.page import VERDICT_TONES
+
     body = []
     for row in rows:
         first = row.log if row.failure else Link(row.log, f"{row.folder}/report.html")
-        body.append((first, Tag(row.verdict, _TONES.get(row.verdict, "bad")), *cells(row)[2:]))
+        body.append((first, Tag(row.verdict, VERDICT_TONES.get(row.verdict, "bad")), *cells(row)[2:]))
     counts = Counter(row.verdict for row in rows)
     return Page(
         kind="Diagnoses",

@@ -58,11 +58,6 @@ def units_option_with(default: str) -> Callable[[Any], Any]:
 units_option = units_option_with("si")
 
 
-def finite_or_none(value: float | None) -> float | None:
-    """The number for JSON; None if it is not finite."""
-    return value if value is not None and math.isfinite(value) else None
-
-
 def print_json(tree: Mapping[str, Any]) -> None:
     """Print one JSON object; NaN and infinity become null, paths become text."""
     from slider_drilling.console.results import results_stream

@@ -94,7 +94,6 @@ class LoadSupervision:
 
     def update(
         self, state: SlideState, block: BlockControl, cycle: CycleAverage | None, error: float, lead: float,
-        full_drag: float,
     ) -> None:  # fmt: skip
         """Take one sample of a slide after the breakover test.
 
@@ -104,7 +103,6 @@ class LoadSupervision:
             cycle: The rocking cycle that has just ended, or None.
             error: Target minus toolface, rad.
             lead: Of the centre of rocking, rad.
-            full_drag: Drag of a string that does not rotate, N.
         """
         check, step = self.check, state.monitor.step
         if block.return_to_bottom.under_way:
@@ -117,7 +115,7 @@ class LoadSupervision:
         check.update_sample(weight, deficit, block.drag.smooth_deficit, step)
         self._assume_pressure(state.pressure, step)
         if cycle is not None:
-            self._take_cycle(state, block, cycle, error, lead, full_drag)
+            self._take_cycle(state, block, cycle, error, lead)
 
     def _assume_pressure(self, pressure: DifferentialPressure, step: float) -> None:
         """While the pressure cannot be believed, steer by the one before, which the bit drills off."""
@@ -132,7 +130,7 @@ class LoadSupervision:
         pressure.assumed = before * math.exp(-step / self._drill_off_time)
 
     def _take_cycle(
-        self, state: SlideState, block: BlockControl, cycle: CycleAverage, error: float, lead: float, full_drag: float
+        self, state: SlideState, block: BlockControl, cycle: CycleAverage, error: float, lead: float
     ) -> None:
         time, string = state.monitor.time, state.tool_face.filter
         elapsed = time - self._last_cycle
@@ -146,13 +144,14 @@ class LoadSupervision:
             loaded=block.loaded(state.pressure.smooth),
             checked=state.tool_face.known and self._on_bottom_for >= _AFTER_BOTTOM,
             error=error, lead_torque=lead / string.compliance,
-            turning_torque=string.estimate.response_time * self._rate / string.compliance, full_drag=full_drag)
+            turning_torque=string.estimate.response_time * self._rate / string.compliance,
+            full_drag=block.drag.full_drag)
         if not self.check.evidence.learning:
             self._offset = self._torque_offset(string.estimate.bias, string.bias_sigma)
         self.check.update_cycle(
             LoadSample(time, elapsed, cycle.torque - self._offset, cycle.reactive_torque, block.drag.smooth_deficit,
                        state.monitor.value["block_position"]), conditions)
-        self._watch_drag(full_drag)
+        self._watch_drag(block.drag.full_drag)
 
     def _watch_drag(self, full_drag: float) -> None:
         """Compare the learnt drag with that at the end of the reference period."""

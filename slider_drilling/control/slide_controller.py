@@ -142,7 +142,7 @@ class SlideController:
                 self._load.take_unloaded(cycle)
         else:
             lead = self._centre.lead(self.error, state.tool_face, self._amplitude) if state.tool_face.known else 0.0
-            self._load.update(state, self._block, cycle, self.error, lead, self._block.drag.full_drag)
+            self._load.update(state, self._block, cycle, self.error, lead)
         self._rock(reference)
         return RigCommand(reference.angle, reference.speed, self._block_speed(), pump_speed)
 

@@ -84,13 +84,12 @@ class Baseline:
         return {name: parameter.value for name, parameter in self.parameters.items()}
 
 
-def fit_baseline(logs: Sequence[RigLog], rig: Rig, start: Mapping[str, float] | None = None) -> Baseline:
+def fit_baseline(logs: Sequence[RigLog], rig: Rig) -> Baseline:
     """Calibrate the rig to logs that were made before something changed.
 
     Args:
         logs: One or several; several are fitted together.
         rig: The rig file.
-        start: Calibrated values to start from, where they are known.
 
     Raises:
         InputError: A log is unusable, or no calibration makes the simulation follow it.
@@ -104,7 +103,7 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, start: Mapping[str, float] | 
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     problem = build_problem(model, [sigmas(own) for own in floors])
     runs = range(len(model.runs))
-    starts = [dict(start or {}) | {f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
+    starts = [{f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
     found = fit_from_starts(problem, starts)
     standing, found = _standing_effects(problem, found, list(model.effects))
     if usual_gap(problem, found.residual) > _NO_BASELINE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -164,8 +164,7 @@ def _fit_change(
     freed = parameters_of(shaped, ())
     own = {parameter.name for parameter in effect.parameters}
     freed = [parameter for parameter in freed if parameter.name not in own] + list(effect.parameters)
-    scan = scan_effects(shaped, calibrated, [])
-    starts = [start for start, _ in rank_starts(replace(scan, problem=shaped, base=calibrated), screened)]
+    starts = [start for start, _ in rank_starts(scan_effects(shaped, calibrated, []), screened)]
     fits = [
         fit(shaped, freed, start, jacobian_rows=calibrated.jacobian_rows)
         for start in starts[: 2 if two_starts else 1]
@@ -182,9 +181,3 @@ def _fit_change(
 def all_values(model: ChangedString, found: Fit) -> dict[str, float]:
     """Every value of a fit, shared ones included, without those of a single run."""
     return {name: value for name, value in {**model.shared, **found.values}.items() if "@" not in name}
-
-
-def candidates_by_gain(search: ChangeSearch) -> Sequence[str]:
-    """Names of all candidates, most promising first."""
-    fitted = [each.effect.name for each in search.tried]
-    return [*fitted, *(name for name in search.scanned if name not in fitted)]

@@ -12,7 +12,6 @@ from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.gap.model import (
     Array,
     Effect,
-    FreeForm,
     LoggedRun,
     Parameter,
     SimulationOptions,
@@ -65,14 +64,6 @@ class ChangedString:
     def to_user(self, values: Values) -> dict[str, float]:
         """See `HasUserParameters`."""
         return self.string.to_user(values)
-
-    def free_forms(self, values: Values) -> list[FreeForm]:
-        """See `HasFreeForms`."""
-        return self.string.free_forms({**self.shared, **values})
-
-    def sensor_site(self, channel: str) -> str:
-        """See `HasFreeForms`."""
-        return self.string.sensor_site(channel)
 
     def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         """See `Model`. A change that grows is the unchanged response, blended over into that of the full change.

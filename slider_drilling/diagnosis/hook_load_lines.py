@@ -104,10 +104,10 @@ def _near_rocking(frequency: Array, run: LoggedRun) -> NDArray[np.bool_]:
     # A period is known to a fraction of a turn over the run: harmonics are known as many times less well.
     order = np.arange(1, _HARMONICS + 1)
     tolerance = (1.0 + 0.1 * order) / run.duration
-    # Where half of all frequencies would be near one, none is told apart by that.
-    told_apart = tolerance < 0.25 * fundamental
-    away = np.abs(frequency[:, None] - order[told_apart] * fundamental)
-    return np.asarray((away < tolerance[told_apart]).any(axis=1))
+    # Where half of all frequencies would be near one, that distinguishes none.
+    distinct = tolerance < 0.25 * fundamental
+    away = np.abs(frequency[:, None] - order[distinct] * fundamental)
+    return np.asarray((away < tolerance[distinct]).any(axis=1))
 
 
 def _spectrum(run: LoggedRun, window: Callable[[int], Array] = np.hanning) -> tuple[Array, Array]:

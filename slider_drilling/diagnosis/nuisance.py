@@ -49,7 +49,7 @@ def contact_compliance() -> Parameter:
 
     Pre-sliding lengths range over more than a decade, from the almost rigid contact of Coulomb's law up (Astrom and
     Canudas de Wit, IEEE Control Systems Magazine 28, 2008). It is calibrated where no known effect explains a log as
-    well: beside viscous drag or aging most logs cannot tell it.
+    well: beside viscous drag or aging most logs cannot identify it.
     """
     return Parameter("contact_compliance", 1.0, 0.05, 10.0, 0.2, spread=0.7)
 

@@ -30,7 +30,7 @@ _ABOUT_E_OF_CHANGE = (
     "E is the RMS of measured minus simulated, relative to what the calibrated model left over the baseline: 1 is a "
     "log like the baseline."
 )
-_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
+VERDICT_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
 
 def report_page(diagnosis: Diagnosis) -> Page:
@@ -42,7 +42,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
     verdict = diagnosis.verdict.replace("_", " ") + (", interrupted" if diagnosis.interrupted else "")
     # Without a conclusion the headline has said why.
     technical = () if diagnosis.verdict == "inconclusive" else (Section("", (technical_summary(diagnosis),)),)
-    headline = Headline(summary(diagnosis), _TONES.get(diagnosis.verdict, "bad"), verdict)
+    headline = Headline(summary(diagnosis), VERDICT_TONES.get(diagnosis.verdict, "bad"), verdict)
     return Page(
         "Sim-to-real gap", _title(diagnosis), (*technical, *sections),
         _facts(diagnosis), headline, remarks_beside_checks(diagnosis),

@@ -1,7 +1,7 @@
 """Changes of a rig's own numbers during a run: candidates beside the catalogue when two logs are compared.
 
-A single log cannot tell them from a rig file that is wrong, and calibration absorbs them. Two logs of one rig share
-their calibration, so that what differs between them has a name.
+A single log cannot distinguish them from an error in the rig file, and calibration absorbs them. Two logs of one rig
+share their calibration, so that what differs between them has a name.
 """
 
 from __future__ import annotations

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.diagnosis.page import VERDICT_TONES
 from slider_drilling.investigation.loop import Investigation, Round
 from slider_drilling.pages import Bars, Chart, Headline, Page, Panel, Section, Table, Tag
-from slider_drilling.pages.page import Cell, Tone
+from slider_drilling.pages.page import Cell
 from slider_drilling.pages.titles import well_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text, displayed, sentence
 
 SCHEMA = "slider_drilling/investigation/1"
-_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
 
 def belief_page(investigation: Investigation, rig: Rig) -> Page:
@@ -31,7 +31,7 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
     text = f"{investigation.ending[:1].upper()}{investigation.ending[1:]}."
     if last is not None:
         text = f"{last['summary']} {text}"
-    tone = _TONES.get(last["verdict"], "bad") if last is not None else "plain"
+    tone = VERDICT_TONES.get(last["verdict"], "bad") if last is not None else "plain"
     label = "waits for a log" if investigation.waits_for is not None else "investigation"
     return Page("Investigation", well_name(rig), tuple(sections), (("logs", str(len(rounds))),),
                 Headline(text, tone, label))  # fmt: skip
@@ -45,7 +45,7 @@ def _rounds_table(rounds: tuple[Round, ...]) -> Table:
         took = "-" if each.plan is None else f"{each.plan['duration_s']:.0f} s"
         rows.append((
             str(each.number), Tag(each.diagnosis["verdict"].replace("_", " "),
-                                  _TONES.get(each.diagnosis["verdict"], "bad")),
+                                  VERDICT_TONES.get(each.diagnosis["verdict"], "bad")),
             names, "-" if asked is None else asked["reason"], _left(each.open_before), _left(each.open_after), took,
         ))  # fmt: skip
     caption = (

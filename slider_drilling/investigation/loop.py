@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from slider_drilling.diagnosis.diagnose import diagnose
-from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, earlier_answer
+from slider_drilling.diagnosis.earlier_answer import read_earlier_answer
 from slider_drilling.diagnosis.programme_numbers import ROUTINE, programme_of, programme_variables
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
@@ -145,7 +145,7 @@ def _answer(
     own = folder / f"diagnosis{number}"
     if not (own / "diagnosis.json").is_file():
         logs = [read_log(log_path(folder, index)) for index in range(1, number + 1)]
-        before = _earlier(folder, number - 1) if number > 1 else None
+        before = read_earlier_answer(folder / f"diagnosis{number - 1}") if number > 1 else None
 
         def report(stage: str, share: float) -> None:
             progress(f"round {number}: {stage}", share)
@@ -155,16 +155,11 @@ def _answer(
     return tree
 
 
-def _earlier(folder: Path, number: int) -> EarlierAnswer:
-    path = folder / f"diagnosis{number}" / "diagnosis.json"
-    return earlier_answer(json.loads(read_text(path, "diagnosis")), str(path))
-
-
 def _plan(
     folder: Path, number: int, rig: Rig, options: InvestigationOptions, progress: Progress
 ) -> DrillingPlan | None:
     """The test after the logs so far; None where the diagnosis fitted nothing."""
-    answer = _earlier(folder, number)
+    answer = read_earlier_answer(folder / f"diagnosis{number}")
     if not answer.explanations:
         return None
     logs = [read_log(log_path(folder, index)) for index in range(1, number + 1)]

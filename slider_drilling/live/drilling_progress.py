@@ -74,11 +74,6 @@ class DrillingProgress:
         return (last.deepest - first.deepest) / elapsed if elapsed >= _MIN_RATE_TIME else math.nan
 
     @property
-    def deepest(self) -> float:
-        """Deepest depth of the bit so far, m; NaN before it is known."""
-        return self._deepest
-
-    @property
     def slide_length(self) -> float:
         """Hole made since the slide began, m; NaN before it is known, 0 while the top drive rotates."""
         return self._deepest - self.slide_start

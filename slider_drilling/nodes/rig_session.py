@@ -6,7 +6,6 @@ python -m slider_drilling.nodes.rig_session RIG PROGRAMME FOLDER
 from __future__ import annotations
 
 import contextlib
-import functools
 import sys
 from pathlib import Path
 
@@ -52,17 +51,13 @@ def _run(
 ) -> tuple[Path, ProgrammeProgress | None]:
     make = node_maker(shutdown_request, ending)
     recorder = make(Recorder, directory=str(folder), rig=str(rig), programme=str(programme))
-    ending.push(functools.partial(_close, recorder))
+    ending.callback(recorder.close)
     controller = make(RockingController, rig=str(rig), programme=str(programme), end_with_programme=True)
     executor = spin([recorder, controller], shutdown_request, lambda: None)
     ending.callback(executor.shutdown)
     drain(executor, lambda: recorder.messages)
     shutdown_request.raise_error()
     return recorder.path, controller.programme_progress
-
-
-def _close(recorder: Recorder, *exception: object) -> None:
-    recorder.close()
 
 
 def main() -> int:

@@ -64,11 +64,6 @@ class ProgrammeController:
         self._command = RigCommand(0.0, 0.0, 0.0, self._reference_pump)
 
     @property
-    def programme(self) -> Programme:
-        """The programme that runs."""
-        return self._programme
-
-    @property
     def ended(self) -> bool:
         """Whether all steps are done, or one was aborted and the rig stands still."""
         still = not isinstance(self._execution, MotionExecution) or self._execution.done

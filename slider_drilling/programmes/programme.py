@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
@@ -73,11 +73,6 @@ class Programme:
     limits: StepLimits = StepLimits()
     drive_acceleration: float = 4.0
     bit_height: float = 0.0
-
-    @property
-    def needs_feedback(self) -> bool:
-        """Whether a step depends on what is measured, so that its motion is not known beforehand."""
-        return any(isinstance(step.action, Slide) for step in self.steps)
 
 
 def load_programme(path: str | os.PathLike[str]) -> Programme:
@@ -170,8 +165,3 @@ def programme_numbers() -> Iterator[NumberField]:
     yield from number_fields(_Header)
     for key, kind in ACTIONS.items():
         yield from number_fields(kind, f"steps[].{key}")
-
-
-def action_keys(kind: type[Action]) -> tuple[str, ...]:
-    """The keys of a step."""
-    return tuple(field.name for field in fields(kind))

@@ -22,7 +22,7 @@ class ProgrammeState(enum.Enum):
 
 @dataclass(frozen=True)
 class StepRecord:
-    """One step that was begun.
+    """One step that was started.
 
     Attributes:
         number: From 1.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from slider_drilling.schema.fields import quantity
 
@@ -127,8 +127,6 @@ class Slide:
         rate_of_penetration: That the auto-driller asks for.
         orient_time: Longest time to set the toolface; the programme ends where it does not suffice.
     """
-
-    NEEDS_FEEDBACK: ClassVar[bool] = True
 
     tool_face: float = quantity("rad", at_least=-2.0 * math.pi, at_most=2.0 * math.pi, why="in rad; write 30 deg")
     time: float | None = quantity("s", None, **_TIME)

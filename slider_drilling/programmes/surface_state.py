@@ -47,9 +47,7 @@ class SurfaceState:
 
     def __init__(self, rig: Rig, bit_height: float) -> None:
         self.interval = 1.0 / rig.sensors.rate
-        sensors = {name: getattr(rig.sensors, name) for name in ("surface_torque", "hook_load", "standpipe_pressure")}
-        noisy = frozenset(name for name, sensor in sensors.items() if sensor.noise > 0.5 * sensor.resolution)
-        self.monitor = MeasurementMonitor(noisy=noisy)
+        self.monitor = MeasurementMonitor.of(rig.sensors)
         self.pressure = DifferentialPressure(rig, 0.0, _QUICK, _SMOOTH)
         torque = rig.sensors.surface_torque
         impedance = torsional_impedance(rig, build_mesh(rig, 200))

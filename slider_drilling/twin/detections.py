@@ -52,14 +52,14 @@ class DetectionLog:
         last = self._open
         if last is not None and self._is_over(last, alarm):
             ended = replace(last.detection, kind="event", ended=alarm.change.since)
-            self._replace(last, ended)
+            self.change(ended)
             return False
         if last is not None and self._belongs(last, alarm):
             last.seen.add((alarm.channel, alarm.kind))
             fresh = alarm.time - last.detection.detected <= _REFINED_S
             if fresh and alarm.change.evidence > last.alarm.change.evidence:
                 last.alarm = alarm
-                self._replace(last, _described(alarm, last.detection))
+                self.change(_described(alarm, last.detection))
             return False
         number = len(self.detections) + 1
         change = alarm.change
@@ -68,7 +68,7 @@ class DetectionLog:
         )
         self.detections.append(detection)
         self._open = _Open(detection, alarm, {(alarm.channel, alarm.kind)})
-        self._replace(self._open, _described(alarm, detection))
+        self.change(_described(alarm, detection))
         return True
 
     def settled_change(self, now: float) -> float | None:
@@ -100,10 +100,6 @@ class DetectionLog:
             return False
         grows = last.detection.kind == "ramp" and change.size * last.alarm.change.size > 0.0
         return grows or change.since <= last.detection.detected + _SAME_S
-
-    def _replace(self, last: _Open, detection: Detection) -> None:
-        last.detection = detection
-        self.detections[detection.number - 1] = detection
 
 
 def _described(alarm: Alarm, before: Detection) -> Detection:

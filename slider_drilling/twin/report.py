@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-STATES = ("waiting", "learning", "operation", "watching")
 
 
 @dataclass(frozen=True)

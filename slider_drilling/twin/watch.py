@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from slider_drilling.twin.feed import Feed
+from slider_drilling.twin.feed import Feed, Samples
 from slider_drilling.twin.report import TwinReport
 from slider_drilling.twin.twin import Twin
 
@@ -27,9 +27,7 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
         began = time.monotonic()
         pieces = feed.poll()
         for samples in pieces:
-            for channel, (times, values) in samples.items():
-                twin.add(channel, times, values)
-            for report in twin.advance():
+            for report in _take(twin, samples):
                 show(report)
         if replayed and twin.asking:
             time.sleep(max(1.0 - (time.monotonic() - began), 0.0))
@@ -39,6 +37,20 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
     for report in twin.finish():
         show(report)
     _await_answer(twin, show)
+
+
+def reports_of(twin: Twin, feed: Feed) -> Iterator[TwinReport]:
+    """Every report of a feed that never waits."""
+    while not feed.ended:
+        for samples in feed.poll():
+            yield from _take(twin, samples)
+
+
+def _take(twin: Twin, samples: Samples) -> list[TwinReport]:
+    """Give the twin samples of its channels; returns the reports of the seconds that they complete."""
+    for channel, (times, values) in samples.items():
+        twin.add(channel, times, values)
+    return twin.advance()
 
 
 def _await_answer(twin: Twin, show: Callable[[TwinReport], None]) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from slider_drilling.blind.check import JobRunner
 from slider_drilling.blind.slides.case import SlideCase
 from slider_drilling.blind.slides.label import read_slide_label
 from slider_drilling.blind.slides.make import slide_job
@@ -17,7 +18,6 @@ from slider_drilling.blind.slides.table import TableRow, campaign_table
 from slider_drilling.blind.slides.watched import WatchedSlide, watch_job, watched_from_json
 from slider_drilling.blind.totals import without_nan
 from slider_drilling.campaign.code_version import code_version
-from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.run import CampaignOutcome
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, make_subfolder
@@ -25,8 +25,6 @@ from slider_drilling.files.output_files import make_folder, make_subfolder
 SCHEMA = "slider_drilling/twin_campaign/1"
 LOGS, LABELS, RESULTS = "logs", "labels", "results"
 
-JobRunner = Callable[[str, Sequence[Job], Path], CampaignOutcome]
-"""(stage, jobs, folder of their results) -> outcome."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
-from slider_drilling.twin import TwinReport
+from slider_drilling.twin import Forecast, TwinReport
 
 AHEAD_S = 60.0
 """How far ahead a forecast is judged."""
@@ -41,30 +41,17 @@ class ForecastErrors:
     tool_face_uncalibrated: float | None = None
 
 
-@dataclass(frozen=True)
-class _Made:
-    """A forecast: when it was made, and what it says."""
-
-    made_at: float
-    time: Array
-    torque: Array
-    tool_face: Array
-
-
 class ForecastLog:
     """Collects the forecasts of a run."""
 
     def __init__(self) -> None:
-        self._made: dict[float, _Made] = {}
+        self._made: dict[float, Forecast] = {}
 
     def add(self, report: TwinReport) -> None:
         """Keep the forecast of a report, if it has one and judges what it sees."""
         forecast = report.forecast
         if forecast is not None and report.state == "watching":
-            self._made.setdefault(
-                forecast.made_at,
-                _Made(forecast.made_at, forecast.time, forecast.surface_torque, forecast.tool_face),
-            )
+            self._made.setdefault(forecast.made_at, forecast)
 
     def errors(self, log: RigLog, rig: Rig) -> ForecastErrors:
         """Compare all forecasts with what came.
@@ -84,7 +71,7 @@ class ForecastLog:
         return ForecastErrors(len(self._made), *_columns(torque), *_columns(face))
 
 
-def _torque_errors(made: _Made, log: RigLog, time: Array, given: Array) -> list[tuple[float, float, float]]:
+def _torque_errors(made: Forecast, log: RigLog, time: Array, given: Array) -> list[tuple[float, float, float]]:
     """(twin, unchanged, as given) of each sample of the window."""
     drive = log.top_drive
     assert drive is not None
@@ -95,14 +82,14 @@ def _torque_errors(made: _Made, log: RigLog, time: Array, given: Array) -> list[
         return []
     at, measured = drive.time[inside], drive.effort[inside]
     rows = (
-        np.interp(at, made.time, made.torque),
+        np.interp(at, made.time, made.surface_torque),
         np.full(at.shape, drive.effort[known[-1]]),
         np.interp(at, time, given),
     )
     return [(a - m, b - m, c - m) for a, b, c, m in zip(*rows, measured, strict=True)]
 
 
-def _tool_face_errors(made: _Made, log: RigLog, time: Array, given: Array) -> list[tuple[float, float, float]]:
+def _tool_face_errors(made: Forecast, log: RigLog, time: Array, given: Array) -> list[tuple[float, float, float]]:
     """(twin, unchanged, as given) of the change between the last toolface known and the one about `AHEAD_S` later."""
     mwd = log.mwd_tool_face
     if mwd is None:

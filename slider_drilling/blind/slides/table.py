@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import beta, chi2
+from scipy.stats import chi2
 
 from slider_drilling.blind.slides.beginnings import NOTHING, SIX_CASES
 from slider_drilling.blind.slides.score import ONSET_TOLERANCE_S, ScoredSlide
 from slider_drilling.blind.slides.watched import NAMED_WITHIN_S, WatchedSlide
+from slider_drilling.blind.totals import proportion
 
 _DAY_S = 86400.0
 _LEVEL = 0.95
@@ -67,15 +68,13 @@ def _false_alarms(scored: Sequence[ScoredSlide]) -> TableRow:
 
 
 def _share(what: str, hits: Sequence[bool], to_reach: str) -> TableRow:
-    """A share with the interval of Clopper and Pearson (Biometrika 26, 1934)."""
-    count, total = int(sum(hits)), len(hits)
-    if not total:
+    """A share with its exact interval."""
+    found = proportion(hits)
+    if found.low is None or found.high is None:
         return TableRow(what, "-", to_reach)
-    tail = 0.5 - 0.5 * _LEVEL
-    low = float(beta.ppf(tail, count, total - count + 1)) if count else 0.0
-    high = float(beta.ppf(1.0 - tail, count + 1, total - count)) if count < total else 1.0
-    share = 100.0 * count / total
-    return TableRow(what, f"{share:.0f} % [{100.0 * low:.0f}, {100.0 * high:.0f}] ({count} of {total})", to_reach)
+    interval = f"[{100.0 * found.low:.0f}, {100.0 * found.high:.0f}]"
+    share = 100.0 * found.count / found.total
+    return TableRow(what, f"{share:.0f} % {interval} ({found.count} of {found.total})", to_reach)
 
 
 def _delays(delays: Sequence[float]) -> list[TableRow]:

@@ -16,6 +16,7 @@ from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
 from slider_drilling.twin.diagnoser import ASKED_AFTER_S, BEFORE_S, MARGIN_S, MIN_AFTER_S
 from slider_drilling.twin.feed import LogFeed
+from slider_drilling.twin.watch import reports_of
 
 NAMED_WITHIN_S = 180.0
 """Time after a detection within which an answer counts."""
@@ -99,17 +100,10 @@ def watch_slide(log: RigLog) -> WatchedSlide:
     rig = log.rig()
     twin, feed, forecasts = Twin(rig, ask=None), LogFeed(log), ForecastLog()
     began, watched, last = clock.process_time(), 0, 0.0
-    reports = []
-    while not feed.ended:
-        for samples in feed.poll():
-            for channel, (times, values) in samples.items():
-                twin.add(channel, times, values)
-            reports += twin.advance()
-        for report in reports:
-            watched += report.state == "watching"
-            last = report.time
-            forecasts.add(report)
-        reports.clear()
+    for report in reports_of(twin, feed):
+        watched += report.state == "watching"
+        last = report.time
+        forecasts.add(report)
     cost = clock.process_time() - began
     found = twin.latest_report()
     detections = () if found is None else found.detections

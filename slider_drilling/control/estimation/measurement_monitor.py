@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from slider_drilling.control.interface import Measurements
+from slider_drilling.rig.parts import Sensors
 
 CHANNELS = ("top_drive_angle", "surface_torque", "block_position", "hook_load", "standpipe_pressure", "pump_speed")
 _MAX_STEP = 2.5    # sample intervals; a gap in the stream must not become a jump of the reference
@@ -47,6 +48,12 @@ class MeasurementMonitor:
     _unchanged_for: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_FROZEN_AFTER, 0.0))
     _earlier_time: float = math.nan
     _earlier_count: int = 0
+
+    @classmethod
+    def of(cls, sensors: Sensors) -> MeasurementMonitor:
+        """A monitor that takes unchanging readings of noisy sensors for stuck ones."""
+        known = {name: getattr(sensors, name) for name in _FROZEN_AFTER}
+        return cls(noisy=frozenset(name for name, each in known.items() if each.noise > 0.5 * each.resolution))
 
     def update(self, measurements: Measurements, interval: float) -> None:
         """Take one sample. interval: nominal time between samples, s; ages grow by it while the clock stands still."""

@@ -55,9 +55,7 @@ class SlideState:
     def __init__(self, rig: Rig, settings: SlideSettings, model: TorqueAndDrag):
         self.interval = 1.0 / rig.sensors.rate
         self._spreading_time = _RESPONSE_PER_TRAVEL * model.travel_time**2
-        sensors = {name: getattr(rig.sensors, name) for name in ("surface_torque", "hook_load", "standpipe_pressure")}
-        noisy = frozenset(name for name, sensor in sensors.items() if sensor.noise > 0.5 * sensor.resolution)
-        self.monitor = MeasurementMonitor(noisy=noisy)
+        self.monitor = MeasurementMonitor.of(rig.sensors)
         self.pressure = DifferentialPressure(rig, settings.off_bottom_pressure, _QUICK_TIME, _SMOOTH_TIME)
         sensor = rig.sensors.surface_torque
         self.torque_sensor = TorqueSensorModel(model.impedance, sensor.noise, self.interval, sensor.lag)

@@ -1,4 +1,4 @@
-"""How much a run would tell: the detectable size of every effect, and how far rival explanations differ under it."""
+"""Expected information of a run: detectable size of every effect, and how far rival explanations differ under it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one run tells of a model: inner products of whitened sensitivities, which add up over runs.
+"""Information of one run about a model: inner products of whitened sensitivities, which add up over runs.
 
 The Fisher information of parameters in a run is the Gram matrix of their whitened sensitivities. Beside them stand the
 changes that effects and rival explanations make. Whether an effect shows while everything else stays free follows from
@@ -84,12 +84,6 @@ class Information:
                 sum(channel.samples for _, channel in own), sum(channel.model_error for _, channel in own),
             )  # fmt: skip
         return Information(names, count, widened(self, self.white) + widened(other, other.white), channels, prior)
-
-    def without_changes(self) -> Information:
-        """The same of the free parameters alone."""
-        kept = slice(0, self.free)
-        channels = {name: replace(channel, gram=channel.gram[kept, kept]) for name, channel in self.channels.items()}
-        return Information(self.names[kept], self.free, self.white[kept, kept], channels, self.prior)
 
     def beyond_free(self) -> tuple[Array, dict[str, Array]]:
         """What the free parameters cannot make up for.

@@ -1,4 +1,4 @@
-"""What is known before an experiment is planned: nothing but the model, or what logs have told so far."""
+"""What is known before an experiment is planned: nothing but the model, or the information of the logs so far."""
 
 from __future__ import annotations
 
