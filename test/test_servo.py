@@ -15,7 +15,10 @@ import numpy as np
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.gap import SimulationOptions
+from slider_drilling.gap import SimulationOptions, explain
+from slider_drilling.gap.experiment_design.knowledge import before_any_log
+from slider_drilling.gap.experiment_design.plan import plan_run
+from slider_drilling.gap.model import HasProgrammes
 
 _SOURCE = Path(__file__).parents[1] / "docs" / "examples" / "servo.py"
 _SPEC = importlib.util.spec_from_file_location("servo", _SOURCE)
@@ -300,3 +303,45 @@ def test_script_reports_mistakes_in_one_line(tmp_path):
     assert outcome.returncode == 2
     assert outcome.stderr.startswith("Error: ")
     assert len(outcome.stderr.splitlines()) == 1
+
+
+def test_planned_swing_shows_more_than_routine():
+    model = servo.Servo(())
+    plan = plan_run(before_any_log(model), model.programmes(6.0), evaluations=14)
+    planned, routine = plan.planned, plan.fixed["routine"]
+    assert planned.prospect.loss < 0.5 * routine.prospect.loss
+    shown = {each.name: each.size.amplitude for each in planned.prospect.effects}
+    before = {each.name: each.size.amplitude for each in routine.prospect.effects}
+    assert shown["supply_sag"] < 0.5 * before["supply_sag"]
+    assert 0.0 < planned.limit_use < 1.0
+
+
+def test_swing_beyond_speed_limit_is_refused():
+    programmes = servo.Servo(()).programmes(6.0)
+    wild = programmes.programme({"gain": 800.0, "amplitude_1": 1.6, "period_1": 0.4})
+    assert isinstance(wild.model, HasProgrammes)
+    assert programmes.limit_use(wild, [{}])[0] > 1.0
+    assert programmes.limit_use(programmes.programme({}), [{}])[0] < 0.5
+
+
+def test_arm_drops_with_motor_off():
+    drop = servo.Servo(()).programmes(6.0).programme({"lift_share": 0.5, "lifted_to": 1.0, "gain": 400.0})
+    run = drop.model.logs[0]
+    off = run.enabled == 0.0
+    angle = run.swing([{}])[0]
+    assert run.time[off].size == pytest.approx(0.2 * run.time.size, abs=1)
+    assert np.max(angle[off]) > 0.4
+    assert np.min(angle[off]) < -0.1
+
+
+def test_diagnosis_of_swing_asks_for_next():
+    goal = np.sin(4.0 * np.arange(0.0, 3.0, 0.03))
+    made = log(3.0, goal=goal, enabled=1.0, gain=200.0, interval=0.03)
+    noise = np.random.default_rng(5).normal(0.0, 5e-4, goal.size)
+    measured = replace(made, position=swing(made, load_friction_motor__share=0.3) + noise)
+    effects = tuple(each for each in servo.EFFECTS if each.name in ("load_friction_motor", "supply_sag"))
+    answer = explain(servo.Servo((measured,), effects=effects))
+    lines = servo.asked_lines(answer, evaluations=14)
+    assert answer.effects == ("load_friction_motor",)
+    assert lines[0].startswith("Ask next: gain ")
+    assert [line.split()[0] for line in lines[1:]] == ["supply_sag"]

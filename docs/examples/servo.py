@@ -5,9 +5,10 @@ viscous friction. Whatever else is at work is asked of the logs:
 
     python docs/examples/servo.py kp100_*.csv --test kp400_*.csv
 
-A log is a CSV table with a header line, in any order of columns: time_s, goal_rad, position_rad, and torque_enabled (0
-where the motor is off; on all the time where there is no such column). The firmware's gain stands in the file's name
-(kp100) or is given with --gain. Logs as published (github.com/Rhoban/bam, JSON) are read too.
+and `--ask` says which swing would show most of what these logs leave open. A log is a CSV table with a header line, in
+any order of columns: time_s, goal_rad, position_rad, and torque_enabled (0 where the motor is off; on all the time
+where there is no such column). The firmware's gain stands in the file's name (kp100) or is given with --gain. Logs as
+published (github.com/Rhoban/bam, JSON) are read too.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.gap import Channel, Effect, GapDiagnosis, LoggedRun, Parameter, SimulationOptions
+from slider_drilling.gap import Channel, Effect, GapDiagnosis, LoggedRun, Manoeuvre, Parameter, SimulationOptions
 from slider_drilling.gap.model import Array, Values
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
@@ -253,6 +254,79 @@ class Servo:
             kept.append(replace(log, **parts))
         return replace(self, logs=tuple(kept))
 
+    @property
+    def programme_duration(self) -> float:
+        """See `slider_drilling.gap.model.HasProgrammes`; s, as the published logs."""
+        return 6.0
+
+    def programmes(self, duration: float) -> ServoProgrammes:
+        """See `slider_drilling.gap.model.HasProgrammes`."""
+        return ServoProgrammes(self, duration)
+
+
+@dataclass(frozen=True)
+class ServoProgrammes:
+    """What the servo may be asked to do: swing in two ways, then lift the arm and let it drop (`gap.model.Programmes`).
+
+    Attributes:
+        model: The servo.
+        duration: Of a test, s.
+        largest_angle: rad, of the arm from where it hangs.
+        largest_speed: rad/s, of the arm; published logs reach 13.
+    """
+
+    model: Servo
+    duration: float
+    largest_angle: float = 1.6
+    largest_speed: float = 12.0
+    variables: tuple[Parameter, ...] = (
+        Parameter("gain", 100.0, 50.0, 800.0, 25.0),
+        Parameter("amplitude_1", 0.8, 0.1, 1.6, 0.1, "rad"), Parameter("period_1", 2.0, 0.4, 6.0, 0.2, "s"),
+        Parameter("amplitude_2", 0.8, 0.1, 1.6, 0.1, "rad"), Parameter("period_2", 2.0, 0.4, 6.0, 0.2, "s"),
+        Parameter("lifted_to", 1.0, -1.5, 1.5, 0.1, "rad"), Parameter("lift_share", 0.0, 0.0, 0.6, 0.05),
+    )  # fmt: skip
+    starts: tuple[Mapping[str, float], ...] = ({}, {"gain": 200.0, "period_2": 0.8, "lift_share": 0.4})
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        """Routine: one sine at the lowest published gain."""
+        return {"routine": self.programme({})}
+
+    def programme(self, values: Values) -> Manoeuvre:
+        """Half of the time that lifting leaves is for each swing; the motor is off while the arm drops."""
+        number = {each.name: float(values.get(each.name, each.nominal)) for each in self.variables}
+        time = np.arange(int(self.duration * 200.0)) / 200.0
+        lift = self.duration * (1.0 - number["lift_share"])
+        drop = self.duration * (1.0 - 0.4 * number["lift_share"])
+        goal = np.where(
+            time < 0.5 * lift, _sine(time, number["amplitude_1"], number["period_1"]),
+            _sine(time - 0.5 * lift, number["amplitude_2"], number["period_2"]),
+        )  # fmt: skip
+        lifted = time >= lift
+        goal[lifted] = number["lifted_to"] * np.minimum((time[lifted] - lift) / (0.5 * (drop - lift)), 1.0)
+        log = Log("planned", number["gain"], time, goal, np.zeros_like(time), (time < drop).astype(float))
+        words = "; ".join(
+            f"swing {number[f'amplitude_{k}']:.2f} rad in {number[f'period_{k}']:.1f} s for {0.5 * lift:.1f} s"
+            for k in (1, 2)
+        )
+        if number["lift_share"] > 0.0:
+            words += (
+                f"; lift to {number['lifted_to']:.2f} rad and switch off {self.duration - drop:.1f} s before the end"
+            )
+        return Manoeuvre(f"gain {number['gain']:.0f}: {words}", number, replace(self.model, logs=(log,)))
+
+    def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> Array:
+        """The larger of the shares of angle and speed."""
+        run = manoeuvre.model.runs[0]
+        angle = np.asarray(manoeuvre.model.simulate(0, sets, SimulationOptions())["position"])
+        speed = np.gradient(angle, run.time, axis=1)
+        return np.asarray(np.maximum(np.max(np.abs(angle), axis=1) / self.largest_angle,
+                                     np.max(np.abs(speed), axis=1) / self.largest_speed))  # fmt: skip
+
+
+def _sine(time: Array, amplitude: float, period: float) -> Array:
+    return np.asarray(amplitude * np.sin(2.0 * math.pi * time / period))
+
 
 def _run(log: Log) -> LoggedRun:
     position = Channel("position", log.time, log.position, "rad", resolution=2.0 * math.pi / COUNTS)
@@ -345,6 +419,25 @@ def judged_lines(answer: GapDiagnosis, unseen: Sequence[Log]) -> list[str]:
     return lines
 
 
+def asked_lines(answer: GapDiagnosis, evaluations: int = 150) -> list[str]:
+    """The swing to ask the servo for next, and the size from which each effect shows without and with it."""
+    from slider_drilling.gap.experiment_design.knowledge import after_logs
+    from slider_drilling.gap.experiment_design.plan import plan_run
+
+    model = answer.state.current.problem.model
+    assert isinstance(model, Servo)
+    knowledge = after_logs(answer.state, model.effects)
+    plan = plan_run(knowledge, model.programmes(model.programme_duration), evaluations=evaluations)
+    before = {each.name: each.size.amplitude for each in plan.baseline.effects}
+    lines = [f"Ask next: {plan.planned.manoeuvre.description}"]
+    for each in plan.planned.prospect.effects:
+        unit = each.shape.effect.parameters[0].unit
+        lines.append(
+            f"  {each.name} would show from {each.size.amplitude:.3g} {unit}, now from {before[each.name]:.3g}"
+        )
+    return lines
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Diagnose the logs and print what was found, and what it does to logs that no fit has seen."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -352,6 +445,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--test", nargs="*", type=Path, default=[], help="tables that no fit sees")
     parser.add_argument("--gain", type=float, help="of the firmware, where the file's name does not have it")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--ask", action="store_true", help="plan the next swing")
     given = parser.parse_args(arguments)
     from slider_drilling.gap import explain
 
@@ -368,6 +462,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for title, some in (("fitted", logs), ("not fitted", unseen)):
         for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):
             print(f"  {title:10s} {log.name:36s} RMS {1e3 * before:6.1f} -> {1e3 * after:6.1f} mrad")
+    for line in asked_lines(answer) if given.ask else ():
+        print(line)
     return 0
 
 

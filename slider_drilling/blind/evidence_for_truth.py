@@ -8,6 +8,7 @@ less. It takes a twentieth of a diagnosis's time.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -53,16 +54,14 @@ def evidence_for(logs: Sequence[RigLog], names: Sequence[str]) -> dict[str, Any]
     model = build_model([check_log(log, rig).log for log in logs], rig).model
     effects = [effect for effect in model.effects if effect.name in names]
     problem, calibrated = _calibrated(model)
-    singles = {effect.name: _with_effect(problem, calibrated, (), effect) for effect in effects}
-    whole = {name: found.cost for name, found in singles.items()}
-    gains = {name: calibrated.cost - cost for name, cost in whole.items()}
+    fitted = {effect.name: _beside(problem, calibrated, (), effect) for effect in effects}
+    gains = {name: pair.gain for name, pair in fitted.items()}
     if len(effects) == 2:
         first, second = effects
-        both = min(
-            _with_effect(problem, singles[first.name], (first,), second).cost,
-            _with_effect(problem, singles[second.name], (second,), first).cost,
-        )
-        gains = {first.name: whole[second.name] - both, second.name: whole[first.name] - both}
+        gains = {
+            each.name: _beside(problem, fitted[other.name].with_it, (other,), each).gain
+            for each, other in ((first, second), (second, first))
+        }
     needed = {effect.name: evidence_needed(len(effect.parameters), len(model.effects)) for effect in effects}
     return {"gains": gains, "needed": needed, "calibrated": calibrated.values}
 
@@ -78,20 +77,38 @@ def _calibrated(model: DrillString) -> tuple[Problem, Fit]:
     return problem, fit(problem, freed, rough.values)
 
 
-def _with_effect(problem: Problem, base: Fit, known: Sequence[Effect], effect: Effect) -> Fit:
-    """The best fit with one effect more, from its most promising starts."""
+@dataclass(frozen=True)
+class _Pair:
+    """Fits without and with an effect, in simulations of the same mesh."""
+
+    without: Fit
+    with_it: Fit
+
+    @property
+    def gain(self) -> float:
+        return self.without.cost - self.with_it.cost
+
+
+def _beside(problem: Problem, base: Fit, known: Sequence[Effect], effect: Effect) -> _Pair:
+    """The best fits beside known effects, with one effect more from its most promising starts."""
     own = problem.at_fidelity_of((*known, effect))
-    start = base if own is problem else fit(own, base.parameters, base.values, iterations=1)
+    start = fit(own, parameters_of(own, known), base.values) if own is not problem or known else base
     scan = scan_effects(own, start, [effect])
     (screened,) = screen(scan)
     freed = parameters_of(own, (*known, effect))
-    fits = [fit(own, freed, values, simulated=row) for values, row in rank_starts(scan, screened)[:STARTS]]
-    # From almost none of the effect, too: no fit with it is worse than the one without.
+    ranked = rank_starts(scan, screened)[:STARTS]
+    fits = [fit(own, freed, values, simulated=row) for values, row in ranked]
+    # From almost none of the effect, too; and where calibration has made up for the effect, from nominal values.
     amplitude = effect.parameters[0]
     point = min(effect.scan, key=lambda each: abs(each[0] - amplitude.nominal))
     little = amplitude.nominal + _LITTLE * (point[0] - amplitude.nominal)
+    usual = {parameter.name: ranked[0][0][parameter.name] for parameter in effect.parameters}
     fits.append(fit(own, freed, {**start.values, **effect.values((little, *point[1:]))}))
-    return min(fits, key=lambda found: found.cost)
+    fits.append(fit(own, freed, usual))
+    # A neutral effect is one, too.
+    fits.append(start)
+    best = min(fits, key=lambda found: found.cost)
+    return _Pair(start, best)
 
 
 def as_diagnosis(tree: Mapping[str, Any]) -> ReportedDiagnosis:

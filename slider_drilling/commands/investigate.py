@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,6 +56,8 @@ _POLL_S = 2.0
 @click.option("--drive-rig", is_flag=True,
               help="With ros: drive the rig on the topics instead of a simulator. Top drive, block and pump will "
                    "move.")  # fmt: skip
+@click.option("--namespace", default="/", show_default=True, metavar="/NAME",
+              help="With --drive-rig: namespace of the rig's topics.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of sealed rigs, plans and diagnoses.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("investigation"), show_default=True,
               help="Folder of all files; with --on FOLDER that folder.")  # fmt: skip
@@ -61,7 +65,8 @@ _POLL_S = 2.0
 @json_option
 def command(
     rig_path: Path, where: str, rounds: int, minutes: float, programmes: int, wait: float,
-    sealed_effects: tuple[str, ...], size: float, effects: tuple[str, ...], drive_rig: bool, seed: int, output: Path,
+    sealed_effects: tuple[str, ...], size: float, effects: tuple[str, ...], drive_rig: bool, namespace: str, seed: int,
+    output: Path,
     units: Units, as_json: bool,
 ) -> None:  # fmt: skip
     """Record, diagnose, plan a test, run it, and again, until the answer stands or nothing more can be learnt.
@@ -77,11 +82,16 @@ def command(
 
     if drive_rig and where != "ros":
         raise InputError("--drive-rig: only with --on ros")
+    if effects and (where != "ros" or drive_rig):
+        raise InputError("--effect: only with --on ros, of the simulated rig")
+    if not re.fullmatch(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+", namespace) or (namespace != "/" and not drive_rig):
+        raise InputError(f"--namespace {namespace}: give a name such as /rig_7, with --drive-rig")
     if not 0.05 <= size <= 50.0 or len(sealed_effects) > 2:
         raise InputError(f"--size {size:g}: must be 0.05 to 50 noise floors, of one or two --sealed-effect")
     rig = load_rig(rig_path)
     folder = output if where in ("sealed", "ros") else Path(where)
-    record = _recorder(where, rig, rig_path, (sealed_effects, size, seed), effects, drive_rig, wait)
+    driven = namespace if drive_rig else None
+    record = _recorder(where, rig, rig_path, (sealed_effects, size, seed), effects, driven, wait)
     plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
     with progress_stages() as report:
         found = investigate(folder, rig, record, InvestigationOptions(rounds, plan, seed), units, report)
@@ -101,7 +111,7 @@ def command(
 
 def _recorder(
     where: str, rig: Rig, rig_path: Path, sealed: tuple[tuple[str, ...], float, int], effects: tuple[str, ...],
-    drive_rig: bool, wait: float,
+    driven: str | None, wait: float,
 ) -> Recorder:  # fmt: skip
     """Runs a programme on what the user has named."""
     from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
@@ -109,7 +119,7 @@ def _recorder(
     if where == "sealed":
         return sealed_recorder(sealed_rig(rig, *sealed))
     if where == "ros":
-        return lambda number, programme, log: _run_on_ros(rig_path, programme, log, effects, drive_rig)
+        return lambda number, programme, log: run_on_ros(rig_path, programme, log, effects, driven)
     if wait <= 0.0:
         return folder_recorder
 
@@ -122,23 +132,43 @@ def _recorder(
     return waiting
 
 
-def _run_on_ros(rig: Path, programme: Path, log: Path, effects: tuple[str, ...], drive_rig: bool) -> bool:
-    """Run a programme in a process of its own, so that a node that fails ends only its run."""
+def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], driven: str | None) -> bool:
+    """Run a programme in a process of its own, so that a node that fails ends only its run.
+
+    Args:
+        rig: Rig file.
+        programme: The programme.
+        log: Path of its log.
+        effects: Of the simulated rig.
+        driven: Namespace of the rig to drive; None for the simulator's nodes.
+
+    Raises:
+        InputError: The programme did not come to its end.
+    """
     from slider_drilling.errors import InputError
     from slider_drilling.process.own_path import worker_command
 
     folder = log.with_suffix(".run")
-    if drive_rig:
-        call = worker_command("slider_drilling.nodes.rig_session", "main", str(rig), str(programme), str(folder))
+    if driven is not None:
+        files = (str(rig), str(programme), str(folder), driven)
+        call = worker_command("slider_drilling.nodes.rig_session", "main", *files)
     else:
         call = [sys.executable, "-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme),
-                "--record", str(folder)]  # fmt: skip
+                "--record", str(folder), "--json"]  # fmt: skip
         call += [part for effect in effects for part in ("--effect", effect)]
-    ended = subprocess.run(call, capture_output=True, text=True, check=False)
+    # What nodes say, such as that they wait for a rig, is shown at once.
+    with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stderr is not None and running.stdout is not None
+        last = "no log"
+        for line in running.stderr:
+            click.echo(line, err=True, nl=False)
+            last = line.strip() or last
+        told = running.stdout.read()
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
-    if ended.returncode or not logs:
-        lines = [line for line in (ended.stderr or ended.stdout).splitlines() if line.strip()]
-        raise InputError(f"{programme}: the run ended with code {ended.returncode}: {lines[-1] if lines else 'no log'}")
+    if running.returncode == 1 and told:
+        raise InputError(f"{programme}: aborted: {json.loads(told)['programme']['reason']}; its log so far: {folder}")
+    if running.returncode or not logs:
+        raise InputError(f"{programme}: the run ended with code {running.returncode}: {last}")
     shutil.copyfile(logs[-1], log)
     return True
 

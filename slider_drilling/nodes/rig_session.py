@@ -1,11 +1,12 @@
 """Controller and recorder on a rig's own topics until a programme has ended; no simulator.
 
-python -m slider_drilling.nodes.rig_session RIG PROGRAMME FOLDER
+python -m slider_drilling.nodes.rig_session RIG PROGRAMME FOLDER [NAMESPACE]
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 from pathlib import Path
 
@@ -21,13 +22,14 @@ from slider_drilling.nodes.spin import drain, node_maker, spin
 from slider_drilling.programmes.progress import ProgrammeProgress
 
 
-def run_on_rig(rig: Path, programme: Path, folder: Path) -> tuple[Path, ProgrammeProgress | None]:
+def run_on_rig(rig: Path, programme: Path, folder: Path, namespace: str = "/") -> tuple[Path, ProgrammeProgress | None]:
     """Run a programme on the rig behind the topics, with its limits and interlocks, and record it.
 
     Args:
         rig: Rig file.
         programme: The programme.
         folder: Of the log.
+        namespace: Of the rig's topics.
 
     Returns:
         The log, and how far the programme came.
@@ -35,7 +37,7 @@ def run_on_rig(rig: Path, programme: Path, folder: Path) -> tuple[Path, Programm
     Raises:
         InputError: A file or folder cannot be used.
     """
-    init(["slider-drilling"])
+    init(["slider-drilling", "--ros-args", "-r", f"__ns:={namespace}"])
     shutdown_request = ShutdownRequest()
     shutdown_request.take_signals()
     try:
@@ -61,18 +63,20 @@ def _run(
 
 
 def main() -> int:
-    """Run a programme; exit code 0 if it came to its end, 1 if it was aborted, 2 for a mistake."""
-    if len(sys.argv) != 4:
+    """Run a programme and print its log as JSON; exit code 0 at its end, 1 if it was aborted, 2 for a mistake."""
+    if len(sys.argv) not in (4, 5):
         print(__doc__, file=sys.stderr)
         return 2
+    rig, programme, folder, *rest = sys.argv[1:]
     environment.prepare()
     try:
-        log, progress = run_on_rig(*(Path(argument) for argument in sys.argv[1:]))
+        log, progress = run_on_rig(Path(rig), Path(programme), Path(folder), *rest)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    print(f"{log}: {progress}")
-    return 1 if progress is None or progress.reason else 0
+    reason = "it never began" if progress is None else progress.reason
+    print(json.dumps({"log": str(log), "programme": {"reason": reason}}))
+    return 1 if reason else 0
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from slider_drilling.effects import effects_with
 from slider_drilling.programmes import MakeConnection, Programme, Rotate, Slide, Step, StepLimits
+from slider_drilling.programmes.find_programme import find_programme
 from slider_drilling.slide_scenarios.scenario import WELLS, Scenario
 
 _SHORT, _MIDDLE, _LONG = WELLS
@@ -71,4 +72,6 @@ STANDS: tuple[StandScenario, ...] = (
            effects=effects_with(formation_change={"factor": 1.6, "time": 700.0})),
     _stand("cuttings bed", _LONG, "friction 4.2 times higher over 450 m",
            effects=effects_with(cuttings_bed={"factor": 4.2, "top": 3600.0, "bottom": 4050.0})),
+    StandScenario(Scenario("whole stand", _MIDDLE, "rotate 20 m, slide 9 m at 30 degrees, rotate 1 m, connection"),
+                  find_programme("stand").programme),
 )  # fmt: skip

@@ -17,7 +17,7 @@ from slider_drilling.gap.experiment_design.detectable_size import (
     probed_shapes,
 )
 from slider_drilling.gap.experiment_design.information import Change, run_information
-from slider_drilling.gap.experiment_design.knowledge import before_any_log
+from slider_drilling.gap.experiment_design.knowledge import Explanation, after_fit, before_any_log
 from slider_drilling.gap.experiment_design.plan import plan_run
 from slider_drilling.gap.experiment_design.search import minimise
 from slider_drilling.gap.problem.problem import build_problem
@@ -147,3 +147,38 @@ def test_same_seed_gives_the_same_point():
 def test_both_signs_of_an_amplitude_count_once():
     (shape,) = probed_shapes(EFFECTS[0])
     assert [shape.distance(point) for point in shape.points] == [1.0, 2.0, 3.0]
+
+
+@dataclass(frozen=True)
+class QuietKnobs(KnobProgrammes):
+    """Programmes that may shake a little only, beside a fixed one that shakes more."""
+
+    variables: tuple[Parameter, ...] = (Parameter("shake", 0.1, 0.1, 0.2, 0.05),)
+
+    @property
+    def fixed(self) -> Mapping[str, Manoeuvre]:
+        return {name: self.programme({"shake": shake}) for name, shake in (("routine", 0.1), ("known", 1.0))}
+
+
+def test_plan_is_never_worse_than_fixed():
+    model = knobs()
+    plan = plan_run(before_any_log(model), QuietKnobs(model), evaluations=8)
+    assert plan.planned.manoeuvre.settings["shake"] == 1.0
+    loud = plan_run(before_any_log(model), QuietKnobs(model, loudest=0.5), evaluations=8)
+    assert loud.planned.manoeuvre.settings["shake"] <= 0.2
+
+
+def test_what_a_fit_leaves_is_model_error():
+    """Something that no effect explains: the plan after it promises less."""
+    plain, odd = toy({"slope": 30.0}, 1), toy({"slope": 30.0}, 1)
+    (run,) = odd.runs
+    channel = run.channels[0]
+    strange = 8.0 * np.sign(np.sin(0.4 * channel.time))
+    odd = replace(odd, runs=(replace(run, channels=(replace(channel, measured=channel.measured + strange),)),))
+    sizes = []
+    for model in (plain, odd):
+        knowledge = after_fit(model, [Explanation((), 1.0, {})])
+        told = planned_information(knowledge, Manoeuvre("again", {}, plain), knowledge.shapes())
+        found = {each.name: each.size.amplitude for each in prospect(knowledge, told, knowledge.shapes()).effects}
+        sizes.append(found["bend"])
+    assert sizes[1] > 1.5 * sizes[0]

@@ -12,12 +12,12 @@ from slider_drilling.gap.experiment_design.detectable_size import (
     DetectableSize,
     ProbedShape,
     detectable_size,
-    material_amplitude,
     noncentrality_needed,
 )
 from slider_drilling.gap.experiment_design.information import Change, Information, run_information
 from slider_drilling.gap.experiment_design.knowledge import Knowledge
 from slider_drilling.gap.model import Channel, Manoeuvre
+from slider_drilling.gap.problem.model_error import with_model_error
 from slider_drilling.gap.problem.problem import build_problem
 
 # Suffix of what belongs to the planned run alone.
@@ -92,7 +92,7 @@ def planned_information(knowledge: Knowledge, manoeuvre: Manoeuvre, shapes: Sequ
         channel.name: knowledge.noise.get(channel.name) or _declared_noise(channel)
         for channel in model.runs[0].channels
     }
-    problem = build_problem(model, [noise])
+    problem = with_model_error(build_problem(model, [noise]), knowledge.model_error)
     told = run_information(problem, knowledge.values, knowledge.parameters, changes, NEXT_RUN)
     return told if knowledge.information is None else knowledge.information + told
 
@@ -119,7 +119,7 @@ def prospect(knowledge: Knowledge, information: Information, shapes: Sequence[Pr
     for shape in shapes:
         at = [place[shape.name(point)] for point in shape.points]
         own = {name: values[at] for name, values in power.items()}
-        material = material_amplitude(knowledge.model, shape, knowledge.values)
+        material = knowledge.material(shape)
         size = detectable_size(shape, np.diag(schur)[at], own, information, knowledge.candidates, material)
         scale = material if 0.0 < material < inf else size.reference
         by_effect.setdefault(shape.effect.name, []).append(

@@ -99,7 +99,7 @@ def probed_shapes(effect: Effect, most_shapes: int | None = None, most_points: i
         shapes.append(ProbedShape(effect, tuple(ordered[:most_points])))
     if most_shapes is None or len(shapes) <= most_shapes:
         return shapes
-    chosen = np.unique(np.round(np.linspace(0, len(shapes) - 1, most_shapes)).astype(int))
+    chosen = np.unique(((np.arange(most_shapes) + 0.5) / most_shapes * len(shapes)).astype(int))
     return [shapes[index] for index in chosen]
 
 

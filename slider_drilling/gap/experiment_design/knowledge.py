@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slider_drilling.gap.experiment_design.detectable_size import ProbedShape, probed_shapes
+from slider_drilling.gap.experiment_design.detectable_size import ProbedShape, material_amplitude, probed_shapes
 from slider_drilling.gap.experiment_design.information import Information, fitted_information
 from slider_drilling.gap.model import Effect, Model, Parameter, Values
+from slider_drilling.gap.problem.model_error import observed_model_error, with_model_error
 from slider_drilling.gap.problem.noise import noise_floor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -68,6 +69,7 @@ class Knowledge:
         noise: By channel, the noise floor of logs so far.
         information: Of the logs so far, with the changes of the effects; None before any log.
         explanations: What explains the logs so far, likeliest first; empty before any log.
+        model_error: By channel, the model's error as a share of what it moves, where logs have shown it.
     """
 
     model: Model
@@ -78,6 +80,15 @@ class Knowledge:
     noise: Mapping[str, float]
     information: Information | None = field(default=None, repr=False)
     explanations: tuple[Explanation, ...] = ()
+    model_error: Mapping[str, float] = field(default_factory=dict)
+    _material: dict[tuple[object, ...], float] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def material(self, shape: ProbedShape) -> float:
+        """Smallest amplitude of a shape that an engineer acts on (`material_amplitude`), found once."""
+        key = (shape.effect.name, shape.points[0])
+        if key not in self._material:
+            self._material[key] = material_amplitude(self.model, shape, self.values)
+        return self._material[key]
 
     def shapes(self, most_shapes: int | None = None, most_points: int | None = None) -> list[ProbedShape]:
         """The shapes of all effects, see `probed_shapes`."""
@@ -135,9 +146,11 @@ def _after(
     own = tuple(parameter for effect in named for parameter in effect.parameters)
     values = {name: value for name, value in found.values.items() if "@" not in name}
     noise = {piece.name: piece.noise for piece in problem.pieces}
+    model_error = observed_model_error(problem, found)
+    problem = with_model_error(problem, model_error)
     return Knowledge(
         problem.model, values, (*problem.model.nuisance, *own), others, len(effects), noise,
-        _information_of(problem, found, others), explanations,
+        _information_of(problem, found, others), explanations, model_error,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,8 +20,9 @@ LIMIT_SHARE = 0.9
 _FORBIDDEN = 1e6
 # Use of the limits by a run that cannot be simulated.
 _UNSTABLE = 100.0
-# Shapes of an effect, and amplitudes of each, that the search looks at. The result is computed with all of them.
-_SHAPES, _POINTS = 2, 2
+# Shapes of an effect, and amplitudes of each, that the search looks at: more programmes gain more than more of these.
+# The result is computed with all of them.
+_SHAPES, _POINTS = 1, 1
 
 
 @dataclass(frozen=True)
@@ -109,10 +110,23 @@ def plan_run(
     if not compare:
         runs = runs[:1] if knowledge.information is None else []
     fixed = {name: assess(knowledge, programmes, run, every) for name, run in runs}
+    planned = min((planned, *_as_long(fixed)), key=lambda run: run.prospect.loss)
     without = None
     if knowledge.information is not None:
         without = prospect(knowledge, _with_explanations(knowledge), every)
     return TestPlan(knowledge, without, planned, fixed, found.evaluations)
+
+
+def _as_long(fixed: Mapping[str, PlannedRun]) -> list[PlannedRun]:
+    """The fixed runs within the limits that take no longer than routine operation, the first of them, does."""
+    if not fixed:
+        return []
+    longest = _end(next(iter(fixed.values())))
+    return [run for run in fixed.values() if run.limit_use <= LIMIT_SHARE and _end(run) <= longest]
+
+
+def _end(run: PlannedRun) -> float:
+    return float(run.manoeuvre.model.runs[0].time[-1])
 
 
 def assess(

@@ -7,6 +7,9 @@ per cent everywhere. `Channel.model_error` says by how much, as a share of what 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from slider_drilling.gap.model import Array
@@ -60,6 +63,32 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
         late = own @ _half_a_sample_late(piece, fitted.simulated)
         information += np.outer(late, late)
     return np.asarray(covariance @ information @ covariance)
+
+
+def observed_model_error(problem: Problem, fitted: Fit) -> dict[str, float]:
+    """By channel, the model's error as a share of what the channel moves: what a fit leaves, if more than the budget.
+
+    Args:
+        problem: The problem.
+        fitted: The fit.
+    """
+    shares: dict[str, float] = {}
+    for piece in problem.pieces:
+        moved = float(np.std(fitted.simulated[piece.rows]))
+        if piece.channel.accumulates or moved == 0.0:
+            continue
+        left = min(float(np.sqrt(_left_beyond_noise(piece, fitted))) / moved, 1.0)
+        shares[piece.name] = max(shares.get(piece.name, piece.channel.model_error), left)
+    return shares
+
+
+def with_model_error(problem: Problem, shares: Mapping[str, float]) -> Problem:
+    """The same problem with these shares, by channel, as the model's error."""
+    pieces = tuple(
+        replace(piece, channel=replace(piece.channel, model_error=shares.get(piece.name, piece.channel.model_error)))
+        for piece in problem.pieces
+    )
+    return replace(problem, pieces=pieces)
 
 
 def _half_a_sample_late(piece: Piece, simulated: Array) -> Array:
