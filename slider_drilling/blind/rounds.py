@@ -37,7 +37,7 @@ from slider_drilling.test_planning.drilling_plan import PlanTestOptions, plan_af
 
 ROUTINE, SECOND_ROUTINE, RANDOM, COMMISSIONING = "routine", "second routine", "random", "commissioning"
 ROUNDS, PROGRAMMES, RESULTS = "rounds", "programmes", "results"
-_EVALUATIONS = 120  # programmes that a plan of a blind check compares
+_EVALUATIONS = 90  # programmes that a plan of a blind check compares
 _RANDOM_TRIES = 200
 
 

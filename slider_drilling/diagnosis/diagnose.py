@@ -83,9 +83,13 @@ def diagnose(
     idle = [checked.messages("uninformative") for checked in checks]
     remarks = _remarks_before_fit(diagnosis)
     if all(idle):
-        asked = recommend_first_run(model_without_logs(rig, _TEST_S), "the log excites the rig too little", seed)
-        told = (*remarks, *(text for texts in idle for text in texts))
-        return replace(diagnosis, remarks=told, next_manoeuvre=asked)
+        told = [*remarks, *(text for texts in idle for text in texts)]
+        try:
+            asked = recommend_first_run(model_without_logs(rig, _TEST_S), "the log excites the rig too little", seed)
+        except ValueError as error:
+            asked = None
+            told.append(f"no test can be planned: {error}")
+        return replace(diagnosis, remarks=tuple(told), next_manoeuvre=asked)
     prepared = build_model([checked.log for checked in checks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)

@@ -230,7 +230,11 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
     if decision.effects:
         closed, interval = gap_closed(state.bootstrap, state.calibrated.score, state.current.score)
     still_open = "" if state.interrupted else what_is_open(state, decision.verdict, decision.alternative is not None)
-    manoeuvre = recommend_manoeuvre(state, still_open, candidates, seed)
+    not_planned = []
+    try:
+        manoeuvre = recommend_manoeuvre(state, still_open, candidates, seed)
+    except ValueError as error:
+        manoeuvre, not_planned = None, [f"{still_open}, but no test can be planned: {error}"]
     free_runs = best_free_runs(state)
     return GapDiagnosis(
         verdict=decision.verdict,
@@ -242,7 +246,7 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         alternative=decision.alternative,
         remainder=decision.remainder,
         next_manoeuvre=manoeuvre,
-        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs)),
+        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs), *not_planned),
         runtime=time.perf_counter() - started,
         state=state,
         free_runs=free_runs,

@@ -7,7 +7,7 @@ than there are cores. `concurrent.futures` alone would start new threads for eac
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from threading import Lock
 from typing import Any, TypeVar
 
@@ -46,6 +46,9 @@ class _ThreadBudget:
 
 
 _BUDGET = _ThreadBudget()
+# Threads live on between maps: a new one starts late where other programs wait for a core. It starts as many as are
+# reserved at once, and never more than this.
+_POOL = ThreadPoolExecutor(256, "parallel_map")
 
 
 def idle_threads() -> int:
@@ -90,12 +93,14 @@ def parallel_map(
             # Idle for nested maps of other tasks from here on.
             _BUDGET.release()
 
+    helpers = [_POOL.submit(work) for _ in range(reserved)]
     try:
-        with ThreadPoolExecutor(reserved) as pool:
-            for _ in range(reserved):
-                pool.submit(work)
-            work()
+        work()
     finally:
+        for helper in helpers:
+            if helper.cancel():
+                _BUDGET.release()
+        wait(helpers)
         _BUDGET.resume()
     if errors:
         raise errors[min(errors)]

@@ -81,7 +81,9 @@ def test_run_that_separates_two_effects_is_asked_for():
 
 
 def test_nothing_is_asked_for_within_no_limits():
-    assert explain(twins(5.0, most=0.001)).next_manoeuvre is None
+    answer = explain(twins(5.0, most=0.001))
+    assert answer.next_manoeuvre is None
+    assert "but no test can be planned: no programme stays within the limits" in answer.remarks[-1]
 
 
 def test_nothing_is_asked_for_after_a_clean_answer():

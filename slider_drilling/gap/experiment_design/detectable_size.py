@@ -140,7 +140,7 @@ def detectable_size(
     """
     count = len(shape.effect.parameters)
     distances = np.array([shape.distance(point) for point in shape.points])
-    evidence = _amplitude_at(distances, noncentralities, noncentrality_needed(count, candidates))
+    evidence = evident_amplitude(shape, noncentralities, candidates)
     gap = inf
     for name, channel in information.channels.items():
         if channel.samples:
@@ -156,6 +156,21 @@ def detectable_size(
     if reference >= max(gap, material):
         power = float(ncx2.sf(evidence_needed(count, candidates), count, noncentrality))
     return DetectableSize(limits[limit], limit, reference, power, noncentrality)
+
+
+def evident_amplitude(shape: ProbedShape, noncentralities: Array, candidates: int, power: float = POWER) -> float:
+    """The smallest amplitude, from neutral, whose evidence suffices with a probability.
+
+    Args:
+        shape: The shape, of p points.
+        noncentralities: (p,) of its points.
+        candidates: Number of candidates that share the level.
+        power: The probability.
+    """
+    distances = np.array([shape.distance(point) for point in shape.points])
+    return _amplitude_at(
+        distances, noncentralities, noncentrality_needed(len(shape.effect.parameters), candidates, power)
+    )
 
 
 def _expected_gap(least: float, samples: int) -> float:

@@ -49,35 +49,34 @@ def recommend_manoeuvre(
         seed: Of the plan.
 
     Returns:
-        The run; None if nothing is open, the model offers no programmes, or none stays within the limits.
+        The run; None if nothing is open, or the model offers no programmes.
+
+    Raises:
+        ValueError: No programme stays within the limits.
     """
     model = state.current.problem.model
     if not reason or not isinstance(model, HasProgrammes):
         return None
-    knowledge = after_logs(state, effects)
-    try:
-        programmes = model.programmes(model.programme_duration)
-        plan = plan_run(knowledge, programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
-    except ValueError:
-        return None
+    programmes = model.programmes(model.programme_duration)
+    plan = plan_run(after_logs(state, effects), programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
     return recommendation(plan, reason)
 
 
 def recommend_first_run(model: Model, reason: str, seed: int = 0) -> RecommendedManoeuvre | None:
-    """Plan a run where the logs so far tell nothing; None as for `recommend_manoeuvre`.
+    """Plan a run where the logs so far tell nothing; None if the model offers no programmes.
 
     Args:
         model: The model; its logs are not used.
         reason: Why they tell nothing.
         seed: Of the plan.
+
+    Raises:
+        ValueError: No programme stays within the limits.
     """
     if not isinstance(model, HasProgrammes):
         return None
     programmes = model.programmes(model.programme_duration)
-    try:
-        plan = plan_run(before_any_log(model), programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
-    except ValueError:
-        return None
+    plan = plan_run(before_any_log(model), programmes, evaluations=_EVALUATIONS, seed=seed, compare=False)
     return recommendation(plan, reason)
 
 
