@@ -1,20 +1,25 @@
 """Rounds of a blind check: evidence for the truth, totals of arms, and arms against each other."""
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 from short_well import short_rig
 
+from slider_drilling.blind.cases import CasePlan, draw_cases
 from slider_drilling.blind.evidence_for_truth import as_diagnosis, evidence_for
 from slider_drilling.blind.label import Label
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.blind.round_totals import arm_totals, compare_arms, rounds_json
-from slider_drilling.blind.rounds import ArmResult
+from slider_drilling.blind.rounds import ArmResult, RoundsRequest, check_rounds
 from slider_drilling.blind.rounds_page import rounds_page
 from slider_drilling.blind.score import score
+from slider_drilling.campaign.results import JobResult, ResultFolder
+from slider_drilling.campaign.run import CampaignOutcome
 from slider_drilling.diagnosis.programme_numbers import programme_of, programme_variables
 from slider_drilling.drillstring import simulate
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
 from slider_drilling.programmes import open_loop_commands
@@ -73,3 +78,31 @@ def test_evidence_is_there_where_the_effect_is(tmp_path, bias, named):
     tree = evidence_for([read_log(tmp_path / "log.mcap")], ["torque_sensor_bias"])
     assert as_diagnosis(tree).named_effects == named
     assert tree["gains"]["torque_sensor_bias"] > -1e-6
+
+
+def test_interrupted_rounds_score_what_came_to_its_end(tmp_path):
+    """The second stage is stopped; no further one is run, and the routine answers are scored."""
+    (case,) = draw_cases(CasePlan(effects=("heave",), sizes=(1.5,)), 1)
+    stem = case.file_stem()
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "labels").mkdir()
+    (tmp_path / "logs" / f"{stem}.mcap").write_bytes(b"log")
+    label = Label(stem, "single", ("heave",), (("draw_works",),), 1.5, (1.5,), "own", "steady", 1, None, {}, {})
+    (tmp_path / "labels" / f"{stem}.json").write_text(json.dumps(asdict(label)))
+    stages = []
+
+    def run(stage, jobs, folder):
+        stages.append(stage)
+        keys, results = [job.key() for job in jobs], ResultFolder(folder)
+        if len(stages) == 2:
+            return CampaignOutcome(keys, results, stop_code=130)
+        for key, job in zip(keys, jobs, strict=True):
+            tree = {"gains": {"heave": 20.0}, "needed": {"heave": 14.0}, "calibrated": {}}
+            results.write(key, job, JobResult(tree, 1.0, 1.0, 0))
+        return CampaignOutcome(keys, results, completed=len(jobs))
+
+    rig = installed_file("config/rig.example.yaml")
+    results, outcomes = check_rounds([case], rig, tmp_path, RoundsRequest(2, evidence_only=True), run)
+    assert [(each.arm, each.case.truth_named) for each in results] == [("routine", True)]
+    assert stages == ["diagnosing after routine", "planning round 1"]
+    assert outcomes[-1].exit_code == 130

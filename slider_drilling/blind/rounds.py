@@ -192,10 +192,10 @@ class _Rounds:
         return self.folder / PROGRAMMES / f"{stem}_{arm.replace(' ', '_')}.yaml"
 
     def _done(self, stage: str, jobs: Mapping[str, Job]) -> dict[str, Path]:
+        if any(each.stop_code for each in self.stages):
+            return {}  # what has come to its end is scored; the same command goes on
         outcome = self.run(stage, list(jobs.values()), self.saved)
         self.stages.append(outcome)
-        if outcome.stop_code:
-            raise StoppedError(self.stages)
         paths = {stem: outcome.results.path(key) for stem, key in zip(jobs, outcome.keys, strict=True)}
         return {stem: path for stem, path in paths.items() if path.is_file()}
 
@@ -205,23 +205,6 @@ class _Rounds:
         if self.request.evidence_only:
             return ArmResult(arm, score(label, as_diagnosis(tree)), used, dict(tree["gains"]))
         return ArmResult(arm, score(label, diagnosis_from_json(tree, str(result))), used)
-
-
-class StoppedError(Exception):
-    """A campaign was interrupted; the same command goes on.
-
-    Attributes:
-        stages: Outcomes of the stages so far.
-    """
-
-    def __init__(self, stages: list[CampaignOutcome]) -> None:
-        super().__init__("interrupted")
-        self.stages = stages
-
-    @property
-    def exit_code(self) -> int:
-        """See `CampaignOutcome.exit_code`."""
-        return max(outcome.exit_code for outcome in self.stages)
 
 
 def diagnose_logs(job: Job) -> dict[str, Any]:

@@ -168,7 +168,7 @@ def _rounds(
     from rich.table import Table
 
     from slider_drilling.blind.round_totals import arm_totals, rounds_json
-    from slider_drilling.blind.rounds import RoundsRequest, StoppedError, check_rounds
+    from slider_drilling.blind.rounds import RoundsRequest, check_rounds
     from slider_drilling.blind.rounds_page import HEADS, arm_cells, rounds_page
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.console.streams import stdout
@@ -177,10 +177,7 @@ def _rounds(
 
     rounds, minutes, evidence_only = asked
     request = RoundsRequest(rounds, minutes, evidence_only=evidence_only)
-    try:
-        results, stages = check_rounds(drawn, rig, output, request, run)
-    except StoppedError as stopped:
-        return stopped.exit_code
+    results, stages = check_rounds(drawn, rig, output, request, run)
     options = {"cases": len(drawn), "rounds": rounds, "minutes": minutes, "evidence_only": evidence_only,
                "code": code_version()}  # fmt: skip
     tree, paths = rounds_json(results, options), (output / "rounds.json", output / "rounds.html")
