@@ -1,11 +1,12 @@
 """Detectable sizes, predicted against found: how large an effect must be for its evidence in half of all logs.
 
-    python -m slider_drilling.benchmarks.detectable_sizes [EFFECT ...]
+    python -m slider_drilling.benchmarks.detectable_sizes model|foreign [EFFECT ...]
 
-The run is the commissioning programme in the example well. Predicted: by the planner, before any log. Found: on plants
-of foreign structure, each with its own numbers, noise and form of the law, by the likelihood of the true effect alone
-(`slider_drilling.blind.evidence_for_truth`). Sizes go up after a miss and down after a hit (Dixon and Mood, Journal of
-the American Statistical Association 43, 1948), from the predicted size on.
+The run is the commissioning programme in the example well. Predicted: by the planner, before any log. Found: on sealed
+plants, each with its own mesh, numbers, noise and form of the law, by the likelihood of the true effect alone
+(`slider_drilling.blind.evidence_for_truth`). On plants of foreign structure an effect may have its evidence without
+being there: what the structure does looks like it. Sizes go up after a miss and down after a hit (Dixon and Mood,
+Journal of the American Statistical Association 43, 1948), from the predicted size on.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slider_drilling.blind.cases import PLANTS
 from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
 from slider_drilling.blind.evidence_for_truth import as_diagnosis, evidence_for
 from slider_drilling.blind.foreign.structure import draw_structure
@@ -55,7 +57,7 @@ class Detectable:
     Attributes:
         name: Of the effect.
         predicted: Size that has its evidence in half of all logs, by the planner.
-        found: The same on foreign plants.
+        found: The same on sealed plants.
         hits: Whether the evidence was there, trial by trial.
     """
 
@@ -107,19 +109,22 @@ class Commissioning:
         return size_in_noise(self.rig, neutral, changed)
 
 
-def detectable(run: Commissioning, name: str, trials: int = TRIALS, first_seed: int = _FIRST_SEED) -> Detectable:
+def detectable(
+    run: Commissioning, name: str, plant: str = "model", trials: int = TRIALS, first_seed: int = _FIRST_SEED
+) -> Detectable:
     """Find the size of one effect by a staircase.
 
     Args:
         run: The rig and its programme.
         name: Of the effect.
+        plant: ``model`` or ``foreign``, see `slider_drilling.blind.cases.PLANTS`.
         trials: Plants to try.
         first_seed: Of the first plant.
     """
     predicted = run.predicted(name)
     size, tried, hits = min(max(predicted, _LEAST), _MOST), [], []
     for seed in range(first_seed, first_seed + trials):
-        reached, hit = _trial(run, name, size, seed)
+        reached, hit = _trial(run, name, plant, size, seed)
         tried.append(reached)
         hits.append(hit)
         size = min(max(size / _STEP if hit else size * _STEP, _LEAST), _MOST)
@@ -128,23 +133,26 @@ def detectable(run: Commissioning, name: str, trials: int = TRIALS, first_seed: 
     return Detectable(name, predicted, found, tuple(hits))
 
 
-def _trial(run: Commissioning, name: str, size: float, seed: int) -> tuple[float, bool]:
-    """Size that the law of one foreign plant reaches, and whether its log has the evidence."""
+def _trial(run: Commissioning, name: str, plant: str, size: float, seed: int) -> tuple[float, bool]:
+    """Size that the law of one plant reaches, and whether its log has the evidence."""
     generator = np.random.default_rng(seed)
     perturbation = replace(random_perturbation(generator), elements=_ELEMENTS)
     recorder = random_recorder_model(generator, LOG_DEFECTS["none"](generator))
     law_seed = int(generator.integers(2**31))
     neutral = simulate_sealed(run.rig, perturbation, no_effect(generator, run.rig, 1.0), run.commands)
-    amount, best = 1.0, (inf, 0.0, no_effect(generator, run.rig, 1.0))
+    amount, best = 1.0, (inf, 0.0, no_effect(generator, run.rig, 1.0), neutral)
     for _ in range(5):
         law = CATALOGUE_LAWS[name](np.random.default_rng(law_seed), run.rig, amount)
-        reached = size_in_noise(run.rig, neutral, simulate_sealed(run.rig, perturbation, law, run.commands))
-        best = min(best, (abs(log(max(reached, 1e-6) / size)), reached, law), key=lambda each: each[0])
+        changed = simulate_sealed(run.rig, perturbation, law, run.commands)
+        reached = size_in_noise(run.rig, neutral, changed)
+        best = min(best, (abs(log(max(reached, 1e-6) / size)), reached, law, changed), key=lambda each: each[0])
         if best[0] < log(1.1):
             break
         amount = float(np.clip(amount * np.clip(size / max(reached, 1e-6), 0.2, 5.0), 1e-3, 10.0))
-    structure = draw_structure(np.random.default_rng([seed, 3]))
-    shown, response = simulate_foreign(run.rig, perturbation, best[2], run.commands, structure, seed)
+    shown, response = run.commands, best[3]
+    if plant == "foreign":
+        structure = draw_structure(np.random.default_rng([seed, 3]))
+        shown, response = simulate_foreign(run.rig, perturbation, best[2], run.commands, structure, seed)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.mcap"
         write_sealed_log(path, run.rig, shown, response, generator, recorder)
@@ -152,17 +160,20 @@ def _trial(run: Commissioning, name: str, size: float, seed: int) -> tuple[float
     return max(best[1], 1e-6), name in as_diagnosis(tree).named_effects
 
 
-def table(names: Sequence[str]) -> Iterator[str]:
+def table(plant: str, names: Sequence[str]) -> Iterator[str]:
     """The lines of a Markdown table."""
     run = Commissioning()
     yield "| effect | predicted | found | found / predicted | evidence, trial by trial |"
     yield "|---|---|---|---|---|"
     for name in names:
-        row = detectable(run, name)
+        row = detectable(run, name, plant)
         marks = "".join("+" if hit else "-" for hit in row.hits)
         yield f"| {row.name} | {row.predicted:.2f} | {row.found:.2f} | {row.ratio:.2f} | {marks} |"
 
 
 if __name__ == "__main__":
-    for line in table(sys.argv[1:] or tuple(CATALOGUE_LAWS)):
+    kind, *chosen = sys.argv[1:] or ["model"]
+    if kind not in PLANTS or not set(chosen) <= set(CATALOGUE_LAWS):
+        sys.exit(f"give model or foreign, then effects of {', '.join(CATALOGUE_LAWS)}")
+    for line in table(kind, chosen or tuple(CATALOGUE_LAWS)):
         print(line, flush=True)
