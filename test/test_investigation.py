@@ -90,7 +90,7 @@ def test_rounds_are_not_exceeded(tmp_path, scripted):
     scripted((answer(), 3.0, 1.0), (answer(), 2.0, 1.0))
     for number in (1, 2):
         (tmp_path / f"log{number}.mcap").touch()
-    assert run(tmp_path, rounds=1).ending == "1 tests were made"
+    assert run(tmp_path, rounds=1).ending == "1 test was made"
 
 
 def test_page_shows_how_the_belief_moved(tmp_path, scripted):

@@ -116,7 +116,8 @@ def investigate(
         answer = _answer(folder, number, rig, options, units, progress)
         done = Round(number, answer)
         if number > options.rounds:
-            return Investigation((*rounds, done), f"{options.rounds} tests were made")
+            made = "1 test was made" if options.rounds == 1 else f"{options.rounds} tests were made"
+            return Investigation((*rounds, done), made)
         plan = _plan(folder, number, rig, options, progress)
         if plan is None:
             return Investigation((*rounds, done), "nothing could be fitted: no test can be planned")

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from toy import SHAPES, Toy, force, toy
 
 from slider_drilling.gap import Effect, Manoeuvre, Parameter, SimulationOptions, explain
+from slider_drilling.gap.results import next_manoeuvre
 
 
 def law(name: str) -> Effect:
@@ -103,3 +105,30 @@ def test_explanations_are_weighed_by_what_they_predict(share):
     assert sum(weights.values()) == pytest.approx(1.0)
     assert weights[("right",)] > (0.9 if share == 1.0 else 0.3)
     assert answer.explanations[0].effects == answer.effects
+
+
+FAR = ((SimpleNamespace(name="slope"), 7.0, 4.2),)
+SUSPECTED = SimpleNamespace(effect=SimpleNamespace(name="sine"), too_small=True)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "names", "group", "far", "steps", "free_form", "says"),
+    [
+        ("unknown", (), (), (), (), False, "no known effect explains the gap"),
+        ("effect", ("bend",), ("saw",), (), (), False, "bend cannot be distinguished from saw"),
+        ("effect_and_unknown", ("bend",), (), (), (), False, "something remains beside the named effects"),
+        ("effect", ("bend",), (), (), (), True, "a free form does as well as the named effects"),
+        ("parameters", (), (), FAR, (), False, "slope is calibrated to 7, 4.2 standard deviations from the file"),
+        ("parameters", (), (), (), (SUSPECTED,), False, "sine suspected: the evidence is there, but the size is not"),
+        ("parameters", (), (), (), (), False, ""),
+        ("effect", ("bend",), (), (), (), False, ""),
+        ("none", (), (), (), (), False, ""),
+    ],
+)
+def test_every_answer_but_a_clean_one_is_open(monkeypatch, verdict, names, group, far, steps, free_form, says):
+    monkeypatch.setattr(next_manoeuvre, "outside_prior", lambda fitted: far)
+    state = SimpleNamespace(
+        current=SimpleNamespace(names=names), indistinguishable=dict.fromkeys(names, group),
+        steps=(SimpleNamespace(candidates=steps),),
+    )  # fmt: skip
+    assert next_manoeuvre.what_is_open(state, verdict, free_form) == says
