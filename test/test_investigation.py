@@ -13,7 +13,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.investigation import loop
 from slider_drilling.investigation.belief_page import belief_page, investigation_json
-from slider_drilling.investigation.loop import InvestigationOptions, investigate
+from slider_drilling.investigation.loop import Investigation, InvestigationOptions, Round, investigate
 from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
@@ -103,6 +103,18 @@ def test_page_shows_how_the_belief_moved(tmp_path, scripted):
     assert "stribeck" in page
     tree = json.loads(json.dumps(investigation_json(found), allow_nan=False))
     assert [each["open_before"] for each in tree["rounds"]] == [3.0, 0.0]
+
+
+def test_rare_explanations_share_the_last_colour():
+    """A page has eight colours."""
+    names = "abcdefghij"
+    weights = dict.fromkeys(names, 0.02) | {"a": 0.82}
+    tree = answer() | {"explanations": [{"effects": [name], "weight": weights[name]} for name in names]}
+    page = belief_page(Investigation((Round(1, tree),), "so"), short_rig())
+    chart = next(item for section in page.sections for item in section.items if hasattr(item, "panels"))
+    bars = {bar.name: bar.y[0] for bar in chart.panels[0].marks}
+    assert list(bars) == [*names[:7], "others"]
+    assert bars["others"] == pytest.approx(0.06)
 
 
 def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):

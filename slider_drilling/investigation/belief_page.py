@@ -15,6 +15,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.units import Text, displayed, sentence
 
 SCHEMA = "slider_drilling/investigation/1"
+_SHOWN = 7  # explanations with a colour of their own; the eighth colour is for the others
 
 
 def belief_page(investigation: Investigation, rig: Rig) -> Page:
@@ -41,12 +42,13 @@ def _rounds_table(rounds: tuple[Round, ...]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for each in rounds:
         asked = each.diagnosis.get("next_manoeuvre")
+        still_open = "-" if asked is None else asked["reason"].replace("_", " ")
         names = ", ".join(name.replace("_", " ") for name in each.diagnosis["effects"]) or "no name"
         took = "-" if each.plan is None else f"{each.plan['duration_s']:.0f} s"
         rows.append((
             str(each.number), Tag(each.diagnosis["verdict"].replace("_", " "),
                                   VERDICT_TONES.get(each.diagnosis["verdict"], "bad")),
-            names, "-" if asked is None else asked["reason"], _left(each.open_before), _left(each.open_after), took,
+            names, still_open, _left(each.open_before), _left(each.open_after), took,
         ))  # fmt: skip
     caption = (
         "Left to find out: 0 where every effect would show at the smallest size that anybody acts on, and no two "
@@ -62,13 +64,15 @@ def _left(value: float | None) -> str:
 
 def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
     """The weights of the explanations after each log."""
-    names = list(dict.fromkeys(_name(each) for r in rounds for each in r.diagnosis["explanations"]))
+    beliefs = [{_name(each): each["weight"] for each in r.diagnosis["explanations"]} for r in rounds]
+    names = sorted(dict.fromkeys(name for own in beliefs for name in own),
+                   key=lambda name: -max(own.get(name, 0.0) for own in beliefs))  # fmt: skip
     marks, base = [], np.zeros(len(rounds))
     places = tuple(f"after log {each.number}" for each in rounds)
-    for name in names:
-        weights = np.array([
-            sum(each["weight"] for each in r.diagnosis["explanations"] if _name(each) == name) for r in rounds
-        ])  # fmt: skip
+    shown = {name: np.array([own.get(name, 0.0) for own in beliefs]) for name in names[:_SHOWN]}
+    if len(names) > _SHOWN:
+        shown["others"] = np.array([sum(own.get(name, 0.0) for name in names[_SHOWN:]) for own in beliefs])
+    for name, weights in shown.items():
         marks.append(Bars(name, places, weights, base=base.copy()))
         base = base + weights
     text = "The probability of each explanation that was fitted, by how well it predicts held-out data."
