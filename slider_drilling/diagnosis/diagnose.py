@@ -11,14 +11,13 @@ from slider_drilling.diagnosis.build_model import build_model, model_without_log
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
-from slider_drilling.diagnosis.free_forms import CONTACT_COMPLIANCE
-from slider_drilling.diagnosis.nuisance import contact_compliance
+from slider_drilling.diagnosis.nuisance import COMPLIANCE, contact_compliance
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.diagnosis.warm_start import calibration_start, with_earlier_starts
 from slider_drilling.errors import InputError
-from slider_drilling.gap.explain import GapDiagnosis, explain
+from slider_drilling.gap.explain import explain
 from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.next_manoeuvre import recommend_first_run
@@ -35,8 +34,7 @@ _TWISTED = 0.1
 _OTHER_TWIST = -4.0
 _TEST_S = 240.0  # of a test that is asked for where no log tells anything
 _COMPLIANCE_CALIBRATED = (
-    "contact_compliance is calibrated too: how far the contact gives before it slides explains what no known effect "
-    "does"
+    f"{COMPLIANCE} is calibrated too: how far the contact gives before it slides explains what no known effect does"
 )
 _MISSING_CHANNELS = {
     "hook_load": "hook load (effort of draw_works/joint_states) would show axial friction, heave and weight on bit",
@@ -99,12 +97,9 @@ def diagnose(
         candidates = with_earlier_starts(candidates, after)
         starts = [calibration_start(after, diagnosis.logs), *starts[1:]]
     answer = explain(model, seed=seed, starts=starts, effects=candidates, progress=progress)
-    compliance = _missing_compliance(answer)
-    if compliance is not None:
-        model, whole = _with_compliance(model), _with_compliance(whole)
-        starts = [{**starts[0], "contact_compliance": compliance}]
-        answer = explain(model, seed=seed, starts=starts, effects=candidates, progress=progress)
+    if COMPLIANCE in answer.parameters:
         remarks = (*remarks, _COMPLIANCE_CALIBRATED)
+        whole = whole.with_nuisance(contact_compliance().parameters)
     channels = {channel.name for run in model.runs for channel in run.channels}
     diagnosis = replace(
         diagnosis,
@@ -113,20 +108,6 @@ def diagnose(
     )
     errors = simulate_whole_runs(whole, answer.state, until, answer.free_runs)
     return with_engine_result(diagnosis, answer, whole, errors, candidates)
-
-
-def _missing_compliance(answer: GapDiagnosis) -> float | None:
-    """Compliance of the contact, over the rig file's, where that explains what no known effect does; else None."""
-    shapes = [form for form in (answer.alternative, answer.remainder) if form is not None]
-    found = next((form for form in shapes if form.description == CONTACT_COMPLIANCE), None)
-    if found is None or answer.state.interrupted:
-        return None
-    parameter = contact_compliance()
-    return float(np.clip(1.0 + found.y[0], 1.01 * parameter.lower, 0.99 * parameter.upper))
-
-
-def _with_compliance(model: DrillString) -> DrillString:
-    return replace(model, nuisance=(*model.nuisance, contact_compliance()))
 
 
 def _remarks_before_fit(diagnosis: Diagnosis) -> tuple[Text, ...]:

@@ -22,7 +22,7 @@ from slider_drilling.diagnosis.free_forms import (
     friction_factor,
     turning_difference,
 )
-from slider_drilling.diagnosis.nuisance import reading_parameters
+from slider_drilling.diagnosis.nuisance import contact_compliance, reading_parameters
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
@@ -109,6 +109,15 @@ class DrillString:
     def to_user(self, values: Values) -> dict[str, float]:
         """See `HasUserParameters`."""
         return to_user(values, self.rig.string.length)
+
+    @property
+    def conditional_nuisance(self) -> tuple[Effect, ...]:
+        """See `HasConditionalNuisance`."""
+        return (contact_compliance(),)
+
+    def with_nuisance(self, parameters: Sequence[Parameter]) -> DrillString:
+        """See `HasConditionalNuisance`."""
+        return replace(self, nuisance=(*self.nuisance, *parameters))
 
     def free_forms(self, values: Values) -> list[FreeForm]:
         """See `HasFreeForms`."""

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.nuisance import COMPLIANCE
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
 from slider_drilling.rig import Contact
@@ -24,8 +25,6 @@ _FRICTION, _AROUND = f"{_PREFIX}friction_", f"{_PREFIX}friction_at_"
 _TURNING = f"{_PREFIX}turning_difference"
 _PUMP, _BITE = f"{_PREFIX}pump_", f"{_PREFIX}bite_"
 _ACROSS, _GIVE = f"{_PREFIX}across", f"{_PREFIX}give"
-CONTACT_COMPLIANCE = "contact compliance before it slides"
-"""Description of the free form that `slider_drilling.diagnosis.nuisance.contact_compliance` can calibrate."""
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 _NOTHING_LEFT = -1.0  # lower bound of a share: friction or flow cannot be negative
@@ -93,21 +92,21 @@ def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
         _form("contact", description, (), [0.0], "-", values, [{parameters[0].name: step}], step, parameters)
         for description, parameters, step in (
             ("asperities turned across the pipe", direction, 0.05 if across < 0.5 else -0.05),
-            (CONTACT_COMPLIANCE, compliance, 0.1),
+            ("contact compliance before it slides", compliance, 0.1),
         )
     ]
 
 
 def contact_with(contact: Contact, values: Values) -> Contact:
     """The contact with its asperities turned, and with another compliance before it slides."""
-    if not {_ACROSS, _GIVE, "contact_compliance"} & set(values):
+    if not {_ACROSS, _GIVE, COMPLIANCE} & set(values):
         return contact
     angle, before = contact.asperity.orientation, _share_across(contact)
     after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
     turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
     away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
     asperity = replace(contact.asperity, orientation=angle + away * turned)
-    compliance = values.get("contact_compliance", 1.0) * (1.0 + values.get(_GIVE, 0.0))
+    compliance = values.get(COMPLIANCE, 1.0) * (1.0 + values.get(_GIVE, 0.0))
     return replace(contact, asperity=asperity, stiffness=contact.stiffness / compliance)
 
 

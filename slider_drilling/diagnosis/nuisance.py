@@ -10,9 +10,11 @@ from slider_drilling.diagnosis.assumed_priors import assumed_parameters, with_as
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_rate_parameters
 from slider_drilling.diagnosis.unlogged_flow import flow_step_parameters
-from slider_drilling.gap.model import Parameter
+from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.rig import Rig
 
+COMPLIANCE = "contact_compliance"
+"""Name of the multiple by which the contact gives before it slides."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
 
 
@@ -44,14 +46,15 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
 
 
-def contact_compliance() -> Parameter:
+def contact_compliance() -> Effect:
     """How far the contact gives before it slides, over the rig file's: no paper tells it of a hole.
 
     Pre-sliding lengths range over more than a decade, from the almost rigid contact of Coulomb's law up (Astrom and
     Canudas de Wit, IEEE Control Systems Magazine 28, 2008). It is calibrated where no known effect explains a log as
     well: beside viscous drag or aging most logs cannot identify it.
     """
-    return Parameter("contact_compliance", 1.0, 0.05, 10.0, 0.2, spread=0.7)
+    parameter = Parameter(COMPLIANCE, 1.0, 0.05, 10.0, 0.2, spread=0.7)
+    return Effect(COMPLIANCE, "contact", (parameter,), scan=((0.1,), (0.4,), (2.5,)))
 
 
 def reading_parameters() -> tuple[Parameter, ...]:

@@ -10,7 +10,7 @@ from itertools import chain
 from slider_drilling.gap.evidence.compare import gap_closed
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.experiment_design.knowledge import Explanation, explanations_of
-from slider_drilling.gap.model import Effect, HasCoupledEffects, HasObserver, Model, Values
+from slider_drilling.gap.model import Effect, HasConditionalNuisance, HasCoupledEffects, HasObserver, Model, Values
 from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floor
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.breakdown import GapBreakdown, break_down_gap
@@ -23,7 +23,7 @@ from slider_drilling.gap.selection.evidence_tests import Evidence
 from slider_drilling.gap.selection.forward_selection import add_effect
 from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
-from slider_drilling.gap.selection.state import CandidateResult, SearchState
+from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState
 from slider_drilling.gap.selection.verdict import reach_verdict
 
 
@@ -203,12 +203,34 @@ def explain(
         floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     state = calibrate(model, candidates, floors, starts, seed, progress)
     coupled = coupled_effect_sets(model, candidates)
+    conditional = model.conditional_nuisance if isinstance(model, HasConditionalNuisance) else ()
     try:
         while not state.done:
-            state = add_effect(state, candidates, coupled, seed, progress)
+            state = add_effect(state, candidates, coupled, conditional, seed, progress)
+            if state.missing_nuisance is not None:
+                state = _calibrated_with(state.missing_nuisance, conditional, candidates, floors, seed, progress)
+                conditional = ()
     except KeyboardInterrupt:
         state = replace(state, interrupted=True)
     return _conclude(state, candidates, seed, started)
+
+
+def _calibrated_with(
+    found: FittedModel,
+    conditional: Sequence[Effect],
+    candidates: Sequence[Effect],
+    floors: Sequence[dict[str, NoiseFloor]],
+    seed: int,
+    progress: Progress,
+) -> SearchState:
+    """The first state of a search in which the conditional nuisance among a model's effects is calibrated."""
+    model = found.problem.model
+    assert isinstance(model, HasConditionalNuisance)
+    freed = [parameter for effect in found.effects if effect in conditional for parameter in effect.parameters]
+    of_effects = {parameter.name for effect in found.effects for parameter in effect.parameters}
+    left_out = of_effects - {parameter.name for parameter in freed}
+    start = {name: value for name, value in found.fit.values.items() if name not in left_out}
+    return calibrate(model.with_nuisance(freed), candidates, floors, [start], seed, progress)
 
 
 def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:

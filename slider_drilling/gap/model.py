@@ -302,6 +302,21 @@ class HasUserParameters(Protocol):
 
 
 @runtime_checkable
+class HasConditionalNuisance(Protocol):
+    """A model with nuisance parameters that are calibrated only where they explain what no effect does as well.
+
+    Calibrated always, such a parameter would hide the effects that act alike.
+    """
+
+    @property
+    def conditional_nuisance(self) -> tuple[Effect, ...]:
+        """Candidates that race beside the effects and are never named; each frees nuisance parameters."""
+
+    def with_nuisance(self, parameters: Sequence[Parameter]) -> Model:
+        """The same model with these parameters calibrated too."""
+
+
+@runtime_checkable
 class HasProbes(Protocol):
     """A model with parameters that each act along one stretch, to locate what is missing."""
 

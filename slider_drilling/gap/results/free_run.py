@@ -9,14 +9,14 @@ of Bifurcation and Chaos 14, 2004).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
 
 from slider_drilling.gap.evidence.score import squared_residuals
-from slider_drilling.gap.model import Array, CanTruncate, Effect, SimulationOptions, Values
+from slider_drilling.gap.model import Array, CanTruncate, Effect, Parameter, SimulationOptions, Values
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.results.prediction_horizon import prediction_horizon
@@ -26,12 +26,14 @@ from slider_drilling.gap.search.multi_start import plausible_range
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
-# Parts of a run that are fitted one after the other.
-_HORIZONS = np.arange(0.24, 1.001, 0.04)
-# Points at which the first part is simulated; how many of them are followed at first, by parameter, and at last.
-_POINTS, _FIRST, _LAST = 512, 4, 6
-# Share of the fits that the next part begins from; iterations on each part.
-_KEPT, _ITERATIONS = 0.75, 5
+# Parts of a run that are fitted one after the other; the whole more than once.
+_HORIZONS = (*np.linspace(0.25, 1.0, 16), 1.0, 1.0)
+# Points at which the first part is simulated, and how many of them are fitted.
+_POINTS, _FIRST = 512, 24
+# Fits that go on to the next part; points scattered around them there; iterations on each part.
+_KEPT, _AROUND, _ITERATIONS = 4, 96, 2
+# Smallest and largest spread of the scattered points, in shares of each parameter's span.
+_NEAR, _FAR = 0.003, 0.5
 # How far beyond what is scanned of an effect alone its parameters are looked for beside others.
 _WIDER = 3.0
 _BATCH = 64
@@ -100,32 +102,65 @@ def _follows_to_the_end(exact: Problem, values: Values) -> bool:
 
 
 def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> list[dict[str, float]]:
-    """Values of fits that followed their optimum from the first part of the runs to the whole."""
+    """Values of fits that followed their optimum from the first part of the runs to the whole.
+
+    Where the next part shows an event that a fit misses, the optimum jumps. Points scattered around the fits therefore
+    compete with them at the start of each part (a genetic step, as in population Monte Carlo).
+    """
     # Cheaper simulations lead astray: a coarse mesh sticks and slips at other times.
     fidelity, parameters = fit_fidelity(model.problem.model), model.fit.parameters
-    scattered = _scattered(state, model)
-    residuals = _rms(_free_problem(state, _HORIZONS[0], 0), scattered)
-    points = [*starts, *(scattered[index] for index in np.argsort(residuals)[: _FIRST * len(parameters)])]
+    spans, random = _spans(state, model), np.random.default_rng(1)
+    first = points = [*starts, *_best(_free_problem(state, _HORIZONS[0], 0), _spread_over(spans), _FIRST)]
     for horizon in _HORIZONS:
         part = _free_problem(state, horizon, fidelity)
+        if points is not first:
+            points = _best(part, [*points, *_scattered_around(points, parameters, spans, random)], _KEPT)
 
         def advance(start: Values, part: Problem = part) -> tuple[float, dict[str, float]]:
             found = fit(part, parameters, start, iterations=_ITERATIONS)
             return found.cost, found.values
 
         fits = sorted(parallel_map(advance, points), key=lambda entry: entry[0])
-        points = [values for _, values in fits[: max(round(_KEPT * len(points)), _LAST)]]
+        points = [values for _, values in fits[:_KEPT]]
     return [dict(values) for values in points]
 
 
-def _scattered(state: SearchState, model: FittedModel) -> list[dict[str, float]]:
-    """Points spread over what is plausible of the nuisance, and over and around what is scanned of the effects."""
+def _best(problem: Problem, points: Sequence[Values], count: int) -> list[Values]:
+    """The points whose free run is best."""
+    return [points[index] for index in np.argsort(_rms(problem, points))[:count]]
+
+
+def _spans(state: SearchState, model: FittedModel) -> dict[str, tuple[float, float]]:
+    """By parameter: what is plausible of the nuisance; of the effects, what is scanned and around."""
     spans = {parameter.name: plausible_range(parameter) for parameter in state.calibrated.fit.parameters}
     for effect in model.effects:
         spans |= _wide_spans(effect)
+    return spans
+
+
+def _spread_over(spans: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
+    """Points spread evenly over the spans."""
     unit = qmc.Sobol(len(spans), seed=1).random(_POINTS) if spans else np.empty((0, 0))
     columns = [_between(*span, unit[:, index]) for index, span in enumerate(spans.values())]
     return [dict(zip(spans, map(float, row), strict=True)) for row in np.array(columns).T]
+
+
+def _scattered_around(
+    points: Sequence[Values],
+    parameters: Sequence[Parameter],
+    spans: Mapping[str, tuple[float, float]],
+    random: np.random.Generator,
+) -> list[dict[str, float]]:
+    """Points around others, near and far in turn, within the bounds of the parameters."""
+    scattered = []
+    for index, size in enumerate(np.geomspace(_NEAR, _FAR, _AROUND)):
+        point = dict(points[index % len(points)])
+        for parameter in parameters:
+            low, high = spans[parameter.name]
+            moved = point[parameter.name] + size * (high - low) * random.standard_normal()
+            point[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
+        scattered.append(point)
+    return scattered
 
 
 def _wide_spans(effect: Effect) -> dict[str, tuple[float, float]]:

@@ -33,13 +33,14 @@ from slider_drilling.gap.selection.start_points import (
     race_entries,
     race_entries_of_pairs,
 )
-from slider_drilling.gap.selection.state import CandidateResult, SearchState, SelectionStep
+from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState, SelectionStep
 
 
 def add_effect(
     state: SearchState,
     effects: Sequence[Effect],
     coupled: Sequence[Sequence[Effect]],
+    conditional: Sequence[Effect],
     seed: int,
     report: Progress,
 ) -> SearchState:
@@ -49,11 +50,13 @@ def add_effect(
         state: State before the step.
         effects: All candidate effects.
         coupled: Sets of effects that start together in the first step.
+        conditional: Nuisance that races beside the effects (`slider_drilling.gap.model.HasConditionalNuisance`).
         seed: Seed of the replicates.
         report: Called with the stage and the share done.
 
     Returns:
-        The state after the step; it is done if nothing was accepted or nothing is left to find.
+        The state after the step; it is done if nothing was accepted or nothing is left to find. Where conditional
+        nuisance explains more than every effect, the state before the step, with that nuisance missing.
     """
     tried = {step.accepted.effect.name for step in state.steps if step.accepted is not None} | set(state.current.names)
     remaining = [effect for effect in effects if effect.name not in tried]
@@ -62,12 +65,16 @@ def add_effect(
     number = len(state.steps)
     step_name = f", step {number + 1}" if number else ""
     report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
-    start_points = find_start_points(state, remaining)
+    start_points = find_start_points(state, [*remaining, *conditional])
     arms, predicted_gain = race_entries(state, start_points, coupled if number == 0 else ())
     finishers = restart_leader(state.modes, race(state.modes, arms))
     report("testing the finalists", min(0.25 + 0.3 * number, 0.9))
     known = state.current.effects
     state, candidates, former_optimum_ruled_out = evaluate_candidates(state, finishers, remaining, seed)
+    missing = _missing_nuisance(state, candidates, conditional)
+    if missing is not None:
+        return replace(state, missing_nuisance=missing)
+    candidates = tuple(candidate for candidate in candidates if candidate.effect not in conditional)
     step = SelectionStep(candidates, None, (), predicted_gain)
     ended = replace(state, steps=(*state.steps, step), done=True)
     if state.adequacy.adequate and not known and outside_prior(state.current):
@@ -84,7 +91,21 @@ def add_effect(
     ended = replace(ended, steps=(*state.steps, step))
     if state.adequacy.adequate or len(known) > 1:
         return ended
-    return _add_pair(ended, effects, () if known else start_points, seed, report) or ended
+    pair = _add_pair(ended, [*effects, *conditional], () if known else start_points, seed, report)
+    if pair is None:
+        return ended
+    is_nuisance = any(effect in conditional for effect in pair.current.effects)
+    return replace(state, missing_nuisance=pair.current) if is_nuisance else pair
+
+
+def _missing_nuisance(
+    state: SearchState, candidates: Sequence[CandidateResult], conditional: Sequence[Effect]
+) -> FittedModel | None:
+    """The model with conditional nuisance that explains more than every effect that may be named, else None."""
+    best = next((candidate for candidate in candidates if candidate.passed), None)
+    if best is None or best.effect not in conditional or indistinguishable_from(state.bootstrap, best, candidates):
+        return None
+    return best.fitted
 
 
 def _accept_best(

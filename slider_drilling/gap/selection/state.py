@@ -109,6 +109,7 @@ class SearchState:
         steps: *History.* The steps taken.
         masked_effects: Effects, likeliest first, that make the log likelier than a calibration which was enough but
             needed implausible values.
+        missing_nuisance: The model with a nuisance parameter that has to be calibrated before the search goes on.
         done: Whether the search has ended.
         interrupted: Whether it was interrupted before its end.
     """
@@ -125,6 +126,7 @@ class SearchState:
     steps: tuple[SelectionStep, ...] = ()
     masked_effects: tuple[str, ...] = ()
     unrestricted: SearchState | None = None
+    missing_nuisance: FittedModel | None = field(default=None, repr=False)
     done: bool = False
     interrupted: bool = False
 

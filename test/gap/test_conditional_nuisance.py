@@ -1,0 +1,50 @@
+"""Nuisance that is calibrated only where it explains what no effect does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from toy import EFFECTS, Toy, toy
+
+from slider_drilling.gap import Effect, Parameter, explain
+
+BEND = next(effect for effect in EFFECTS if effect.name == "bend")
+
+
+@dataclass(frozen=True)
+class BendingToy(Toy):
+    """The toy, whose bend is no effect but may be calibrated."""
+
+    effects: tuple[Effect, ...] = tuple(effect for effect in EFFECTS if effect is not BEND)
+    conditional_nuisance: tuple[Effect, ...] = (BEND,)
+
+    def with_nuisance(self, parameters: Sequence[Parameter]) -> BendingToy:
+        return replace(self, nuisance=(*self.nuisance, *parameters))
+
+
+def bending_toy(seed: int, **truth: float) -> BendingToy:
+    return BendingToy(toy({"level": 2.0} | truth, seed).runs)
+
+
+def test_nuisance_that_explains_the_gap_is_calibrated():
+    answer = explain(bending_toy(1, bend=4.0))
+    assert answer.verdict == "parameters"
+    assert abs(answer.parameters["bend"] - 4.0) < 0.5
+
+
+def test_effect_beside_conditional_nuisance_is_named():
+    answer = explain(bending_toy(2, bend=4.0, saw=6.0))
+    assert answer.effects == ("saw",)
+    assert abs(answer.parameters["bend"] - 4.0) < 0.5
+
+
+def test_nuisance_is_not_calibrated_without_need():
+    answer = explain(bending_toy(3, saw=4.0))
+    assert answer.effects == ("saw",)
+    assert "bend" not in answer.parameters
+
+
+def test_conditional_nuisance_is_no_candidate():
+    answer = explain(bending_toy(4, bend=0.4, saw=4.0))
+    assert "bend" not in [candidate.effect.name for candidate in answer.candidates]
