@@ -13,7 +13,7 @@ from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
 def test_staircase_finds_half_hits(monkeypatch, begins):
     generator = np.random.default_rng(1)
 
-    def trial(run, name, plant, size, seed):
+    def trial(run, name, size, seed):
         return size, bool(size > 2.0 * np.exp(generator.normal(0.0, 0.2)))
 
     monkeypatch.setattr(detectable_sizes, "_trial", trial)

@@ -73,9 +73,14 @@ class Detectable:
 
 
 class Commissioning:
-    """The example rig in the commissioning programme, as the planner sees it."""
+    """The example rig in the commissioning programme, as the planner sees it.
 
-    def __init__(self) -> None:
+    Args:
+        plant: ``model``, whose equations are the model's own, so that the model's error is none; or ``foreign``.
+    """
+
+    def __init__(self, plant: str = "model") -> None:
+        self.plant = plant
         self.rig: Rig = load_rig(installed_file("config/rig.example.yaml"))
         programme = load_programme(installed_file("config/programmes/commissioning.yaml"))
         self.commands: Commands = open_loop_commands(programme, self.rig, INTERVAL_S)
@@ -83,7 +88,8 @@ class Commissioning:
         self._model = model_without_logs(self.rig, seconds)
         self._programmes = self._model.programmes(seconds)
         self._run = self._programmes.fixed["commissioning"]
-        self._knowledge = before_any_log(self._model)
+        none = dict.fromkeys(("surface_torque", "hook_load", "standpipe_pressure"), 0.0)
+        self._knowledge = replace(before_any_log(self._model), model_error=none if plant == "model" else {})
         self._shapes = self._knowledge.shapes()
         information = planned_information(self._knowledge, self._run, self._shapes)
         schur, _ = information.beyond_free()
@@ -109,22 +115,19 @@ class Commissioning:
         return size_in_noise(self.rig, neutral, changed)
 
 
-def detectable(
-    run: Commissioning, name: str, plant: str = "model", trials: int = TRIALS, first_seed: int = _FIRST_SEED
-) -> Detectable:
+def detectable(run: Commissioning, name: str, trials: int = TRIALS, first_seed: int = _FIRST_SEED) -> Detectable:
     """Find the size of one effect by a staircase.
 
     Args:
         run: The rig and its programme.
         name: Of the effect.
-        plant: ``model`` or ``foreign``, see `slider_drilling.blind.cases.PLANTS`.
         trials: Plants to try.
         first_seed: Of the first plant.
     """
     predicted = run.predicted(name)
     size, tried, hits = min(max(predicted, _LEAST), _MOST), [], []
     for seed in range(first_seed, first_seed + trials):
-        reached, hit = _trial(run, name, plant, size, seed)
+        reached, hit = _trial(run, name, size, seed)
         tried.append(reached)
         hits.append(hit)
         size = min(max(size / _STEP if hit else size * _STEP, _LEAST), _MOST)
@@ -133,7 +136,7 @@ def detectable(
     return Detectable(name, predicted, found, tuple(hits))
 
 
-def _trial(run: Commissioning, name: str, plant: str, size: float, seed: int) -> tuple[float, bool]:
+def _trial(run: Commissioning, name: str, size: float, seed: int) -> tuple[float, bool]:
     """Size that the law of one plant reaches, and whether its log has the evidence."""
     generator = np.random.default_rng(seed)
     perturbation = replace(random_perturbation(generator), elements=_ELEMENTS)
@@ -150,7 +153,7 @@ def _trial(run: Commissioning, name: str, plant: str, size: float, seed: int) ->
             break
         amount = float(np.clip(amount * np.clip(size / max(reached, 1e-6), 0.2, 5.0), 1e-3, 10.0))
     shown, response = run.commands, best[3]
-    if plant == "foreign":
+    if run.plant == "foreign":
         structure = draw_structure(np.random.default_rng([seed, 3]))
         shown, response = simulate_foreign(run.rig, perturbation, best[2], run.commands, structure, seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -162,11 +165,11 @@ def _trial(run: Commissioning, name: str, plant: str, size: float, seed: int) ->
 
 def table(plant: str, names: Sequence[str]) -> Iterator[str]:
     """The lines of a Markdown table."""
-    run = Commissioning()
+    run = Commissioning(plant)
     yield "| effect | predicted | found | found / predicted | evidence, trial by trial |"
     yield "|---|---|---|---|---|"
     for name in names:
-        row = detectable(run, name, plant)
+        row = detectable(run, name)
         marks = "".join("+" if hit else "-" for hit in row.hits)
         yield f"| {row.name} | {row.predicted:.2f} | {row.found:.2f} | {row.ratio:.2f} | {marks} |"
 

@@ -39,7 +39,7 @@ _POLL_S = 2.0
                    "--drive-rig a rig. FOLDER: somebody runs each programme and puts its log there.")  # fmt: skip
 @click.option("--rounds", default=3, show_default=True, type=click.IntRange(1, 20), help="Largest number of tests.")
 @click.option("--minutes", default=4.0, show_default=True, help="Longest time of a test.")
-@click.option("--programmes", default=150, show_default=True, type=click.IntRange(2, 10000),
+@click.option("--programmes", default=300, show_default=True, type=click.IntRange(2, 10000),
               help="Number of programmes that a plan compares.")  # fmt: skip
 @click.option("--wait", default=0.0, show_default=True, metavar="MINUTES",
               help="With a folder: wait so long for the next log.")  # fmt: skip

@@ -41,7 +41,7 @@ Examples:
 @click.option("--pressure", type=QuantityType("Pa", "240bar"), help="Limit at the standpipe. [default: the rig file's]")
 @click.option("--toolface-swing", type=QuantityType("rad", "30deg"),
               help="Largest swing of the toolface to either side. [default: it may be lost]")  # fmt: skip
-@click.option("--programmes", default=150, show_default=True, type=click.IntRange(2, 10000),
+@click.option("--programmes", default=300, show_default=True, type=click.IntRange(2, 10000),
               help="Number of programmes to compare.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the search; the same seed, the same plan.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("test_plan"), show_default=True,

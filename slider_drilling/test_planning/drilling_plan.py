@@ -20,7 +20,7 @@ from slider_drilling.programmes.limits import StepLimits
 from slider_drilling.rig import Rig
 
 MINUTES = 6.0
-EVALUATIONS = 150
+EVALUATIONS = 300
 """Programmes that a plan compares by default."""
 _SHORTEST, _LONGEST = 1.0, 30.0  # min
 
