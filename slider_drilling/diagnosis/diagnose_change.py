@@ -93,8 +93,8 @@ def diagnose_change(
     """
     started = clock.perf_counter()
     progress("calibrating the baseline", 0.05)
-    baseline = before if isinstance(before, Baseline) else fit_baseline(_long_enough(before, MIN_BEFORE_S), rig)
-    calm = [from_calm_start(log, rig) for log in _long_enough(after, MIN_AFTER_S)]
+    baseline = before if isinstance(before, Baseline) else fit_baseline(long_enough(before, MIN_BEFORE_S), rig)
+    calm = [from_calm_start(log, rig) for log in long_enough(after, MIN_AFTER_S)]
     checks = tuple(check_log(log, rig) for log in calm)
     for checked in checks:
         checked.raise_if_unusable()
@@ -115,7 +115,8 @@ def diagnose_change(
     )
 
 
-def _long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
+def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
+    """The logs. Raises InputError where one has less than so many s of top-drive motion."""
     for log in logs:
         series = log.top_drive
         length = 0.0 if series is None or not series.time.size else float(series.time[-1] - series.time[0])

@@ -1,4 +1,8 @@
-"""What the rig does: rocking, parked or turning, on bottom, pump on; and whether that changed a moment ago."""
+"""What the rig does: rocking, parked or turning, on bottom, pump on; since when, and whether it has settled.
+
+A stretch of work lasts until the rig does something else: another mode, another flow, a pick-up. The detector compares
+stretches of the same mode. Calibration is stricter: it also waits until the bit is loaded and steering is over.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +19,16 @@ _STILL = 0.02  # rad/s, of a drive that is parked
 _PARKED_S = 8.0  # without motion, after which a drive is parked
 _TURNING_S, _TURNING_SHARE = 12.0, 0.7  # in one direction, and of the rocking period, after which a drive turns
 _CENTRE_S, _CENTRE_SHIFT = 30.0, 3.0  # s, and rad by which the centre of the rocking moves in it: steering
-_SETTLING_S = 60.0  # after a change of what the rig does
+_SETTLING_S = 60.0  # after a change of what the rig does, until the rig is calibrated again
+_FADING_S = 30.0  # after it, in which no channel is compared
 _STEERING_S = 30.0  # after it
 _FLOW_CHANGE = 0.02  # of the flow
 _PUMP_ON = 0.3  # of the reference flow
-_LIFTED_M = 0.05  # by which a block that goes up picks up
+_LIFTED_M, _BLOCK_S = 0.05, 15  # by which a block picks up, m, and s over which it is averaged
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _DEFAULT_WINDOW_S = 20.0
 _LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
+_LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
 _STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
 
 
@@ -32,18 +38,22 @@ class Activity:
 
     Attributes:
         mode: ``rocking``, ``parked``, ``turning``, ``off bottom`` or ``pump off``.
-        settled: Whether that has lasted long enough to judge what the channels show.
-        why: In words, where it has not.
+        settled: Whether the rig can be calibrated with what the channels show.
+        why: In words, where it cannot.
         period: s, of the rocking; of other work a stretch to average over.
-        changes: How often the work has changed.
-        valid_until: s; what was seen after it, up to now, belongs to no settled work although it looked so then.
+        stretch: Number of the stretch of work.
+        begun: s, when that began.
+        comparable: Whether a window of one period belongs to the stretch alone, with the bit on bottom and the pump on.
+        valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
     """
 
     mode: str
     settled: bool
     why: str
     period: float
-    changes: int
+    stretch: int
+    begun: float
+    comparable: bool
     valid_until: float
 
 
@@ -60,30 +70,31 @@ class ActivityMonitor:
         self._direction = 0.0
         self._moved_at = self._turned_since = -np.inf
         self._flow: float | None = None
-        self._highest = -np.inf  # m, lowest point of the block so far, from which it is lifted
+        self._blocks: deque[float] = deque(maxlen=_BLOCK_S)
+        self._lowest = -np.inf  # m, lowest mean of the block so far, from which it is lifted
         self._unsettled = "the twin has just begun"
         self._unsettled_until: float | None = None
         self._mode = ""
-        self._changes = 0
+        self._stretch, self._begun = 0, -np.inf
         self._last_period, self._steered_until = _DEFAULT_WINDOW_S, -np.inf
         self._angles: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
         self._centres: deque[float] = deque(maxlen=round(_CENTRE_S))
         self._valid_until = np.inf
         self._loads: deque[float] = deque(maxlen=_LOAD_MEMORY_S)
-        self._on_bottom_since = -np.inf
+        self._on_bottom_at = self._on_bottom_since = -np.inf
 
     def update(self, commands: Commands, weight_on_bit: float) -> Activity:
         """Take the drives' motion of the last second and the plant's weight on bit then, N."""
         now = float(commands.time[-1])
         if self._unsettled_until is None:
-            self._unsettled_until = now + _SETTLING_S
+            self._unsettled_until, self._begun = now + _SETTLING_S, now
             self._moved_at = self._turned_since = float(commands.time[0])
         self._valid_until = np.inf
         self._follow_drive(commands)
         self._follow_pump(commands, now)
         self._follow_block(commands, now)
-        mode = self._present_mode(commands, weight_on_bit, now)
         self._follow_load(weight_on_bit, now)
+        mode = self._present_mode(now)
         if mode != self._mode:
             self.disturb(now, f"the rig is {mode}" if "off" not in mode else mode)
             if mode in ("parked", "turning"):
@@ -93,13 +104,16 @@ class ActivityMonitor:
         idle = mode in ("off bottom", "pump off")
         steered, unsettled = now < self._steered_until, now < self._unsettled_until
         why = mode if idle else self._unsettled if unsettled else "the centre of the rocking moves" if steered else ""
-        settled = not why
-        return Activity(mode, settled, why, self._period(), self._changes, self._valid_until)
+        period = self._period()
+        comparable = not idle and now - self._begun >= period + _FADING_S
+        return Activity(mode, not why, why, period, self._stretch, self._begun, comparable, self._valid_until)
 
     def disturb(self, now: float, why: str) -> None:
-        """Take the work as unsettled from now, s, for a reason in words."""
-        if self._unsettled_until is not None and now >= self._unsettled_until:
-            self._changes += 1
+        """End the stretch of work now, s, for a reason in words."""
+        self._stretch, self._begun = self._stretch + 1, now
+        self._unsettle(now, why)
+
+    def _unsettle(self, now: float, why: str) -> None:
         self._unsettled, self._unsettled_until = why, now + _SETTLING_S
 
     def _follow_drive(self, commands: Commands) -> None:
@@ -121,8 +135,6 @@ class ActivityMonitor:
         recent = list(self._angles)[-max(round(self._last_period), 1) :]
         centre = float(np.mean(recent))
         if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
-            if now >= self._steered_until:
-                self._valid_until = min(self._valid_until, now - _CENTRE_S)
             self._steered_until = now + _STEERING_S
         self._centres.append(centre)
 
@@ -135,15 +147,20 @@ class ActivityMonitor:
         self._flow = share if self._flow is None else self._flow
 
     def _follow_block(self, commands: Commands, now: float) -> None:
-        block = float(commands.block_position[-1])
-        if block < self._highest - _LIFTED_M:
+        """Notice a pick-up: the block goes up for longer than a wave or a stroke lifts it."""
+        self._blocks.append(float(np.mean(commands.block_position)))
+        block = float(np.mean(self._blocks))
+        if block < self._lowest - _LIFTED_M:
             self.disturb(now, "the string was picked up")
-            self._highest = block
-        self._highest = max(self._highest, block)
+            self._valid_until = min(self._valid_until, now - len(self._blocks))
+            self._lowest = block
+        self._lowest = max(self._lowest, block)
 
     def _follow_load(self, weight_on_bit: float, now: float) -> None:
-        """Wait until the bit is loaded after it came on bottom."""
-        if weight_on_bit <= 0.0:
+        """Whether the bit is on bottom, and loaded. Weight is compared over rocking periods: it swings within one."""
+        if weight_on_bit > 0.0:
+            self._on_bottom_at = now
+        if self._off_bottom(now):
             self._on_bottom_since = now
         self._loads.append(weight_on_bit)
         if now - self._on_bottom_since < _LOADING_S:
@@ -151,12 +168,16 @@ class ActivityMonitor:
             loads = np.array(self._loads)
             steady = half and abs(np.mean(loads[:half]) - np.mean(loads[half:])) < _STEADY_LOAD * np.mean(loads)
             if not steady or half < _LOAD_MEMORY_S // 2:
-                self.disturb(now, "the bit is being loaded")
+                self._unsettle(now, "the bit is being loaded")
 
-    def _present_mode(self, commands: Commands, weight_on_bit: float, now: float) -> str:
+    def _off_bottom(self, now: float) -> bool:
+        """Without weight for a whole rocking period: a momentary lift is none."""
+        return now - self._on_bottom_at >= min(self._last_period, _LONGEST_LIFT_S)
+
+    def _present_mode(self, now: float) -> str:
         if self._flow is not None and self._flow < _PUMP_ON:
             return "pump off"
-        if weight_on_bit <= 0.0:
+        if self._off_bottom(now):
             return "off bottom"
         if now - self._moved_at > _PARKED_S:
             return "parked"

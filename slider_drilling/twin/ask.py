@@ -2,26 +2,47 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
+
+if TYPE_CHECKING:
+    from slider_drilling.diagnosis.baseline import Baseline
+
+MIN_BASELINE_S = 150.0
+"""Shortest time before a change from which it can be named: less does not show what the rig was like."""
+
+_BEFORE_S = 600.0  # of samples from before a change
+_MARGIN_S = 10.0  # before the earliest time at which it can have begun
+_MIN_AFTER_S = 40.0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a diagnosis of a change says.
+
+    Attributes:
+        tree: The content of diagnosis.json: verdict, site, effects, suspected and the rest.
+        baseline: What the earlier samples say; it can be given in their place when the same is asked again.
+    """
+
+    tree: dict[str, Any]
+    baseline: Baseline | None = None
 
 
 class Ask(Protocol):
     """A question that is asked in another process; it must be picklable, as a function of a module is."""
 
-    def __call__(self, before: RigLog, after: RigLog, rig: Rig, since: float) -> dict[str, Any]:
+    def __call__(self, before: RigLog | Baseline, after: RigLog, rig: Rig, since: float) -> Answer:
         """Diagnose a change.
 
         Args:
-            before: Samples from before the change.
+            before: Samples from before the change, or the baseline of an earlier answer.
             after: Samples from then on.
             rig: The rig file as given.
             since: s after the start of `after` at which the change began.
-
-        Returns:
-            The content of diagnosis.json: verdict, site, effects, suspected and the rest.
 
         Raises:
             InputError: These samples cannot be diagnosed.
@@ -29,12 +50,40 @@ class Ask(Protocol):
         ...
 
 
-def diagnose_after(before: RigLog, after: RigLog, rig: Rig, since: float) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Windows:
+    """What is compared for a change. What lies between the two ends of its interval belongs to neither.
+
+    Attributes:
+        before: s, start and end of the samples from before it.
+        after: s, start of those since.
+    """
+
+    before: tuple[float, float]
+    after: float
+
+
+def windows_of_change(interval: tuple[float, float], started: float, now: float) -> Windows:
+    """What to compare.
+
+    Args:
+        interval: s, within which the change began.
+        started: s, of the first samples.
+        now: s.
+    """
+    low, high = interval
+    end = low - _MARGIN_S
+    return Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
+
+
+def diagnose_after(before: RigLog | Baseline, after: RigLog, rig: Rig, since: float) -> Answer:
     """What is different since the change, with what was before as the baseline; see `Ask`."""
-    from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change
+    from slider_drilling.diagnosis.baseline import fit_baseline
+    from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, long_enough
     from slider_drilling.diagnosis.to_json import to_json
     from slider_drilling.log.time_window import cut_time_window
 
+    baseline = fit_baseline(long_enough([before], MIN_BASELINE_S), rig) if isinstance(before, RigLog) else before
     end = max(float(series.time[-1]) for series in after.series().values())
     changed = cut_time_window(after, since, end)
-    return to_json(diagnose_change([before], [changed], rig, since=Since(since, found=True)))
+    return Answer(to_json(diagnose_change(baseline, [changed], rig, since=Since(since, found=True))), baseline)

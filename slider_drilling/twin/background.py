@@ -9,11 +9,14 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
-from slider_drilling.twin.ask import Ask
+from slider_drilling.twin.ask import Answer, Ask
+
+if TYPE_CHECKING:
+    from slider_drilling.diagnosis.baseline import Baseline
 
 _NICE = 10  # below the process that follows the rig
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
@@ -25,7 +28,7 @@ class Question:
     """What is asked, see `ask.Ask`."""
 
     ask: Ask
-    before: RigLog
+    before: RigLog | Baseline
     after: RigLog
     rig: Rig
     since: float
@@ -60,7 +63,7 @@ class BackgroundDiagnosis:
             env={**os.environ, **_ONE_THREAD}, start_new_session=True,
         )  # fmt: skip
 
-    def poll(self) -> dict[str, Any] | None:
+    def poll(self) -> Answer | None:
         """The answer once there is one, else None; never waits."""
         if self._process is None or self._process.poll() is None:
             return None
@@ -69,7 +72,7 @@ class BackgroundDiagnosis:
             answer, self.error = pickle.loads(self._paths()[1].read_bytes())
         except (OSError, EOFError, pickle.UnpicklingError):
             answer, self.error = None, f"the process of the diagnosis ended with code {code} without an answer"
-        return answer if isinstance(answer, dict) else None
+        return answer if isinstance(answer, Answer) else None
 
     def close(self) -> None:
         """End the process, if there is one, and remove its files."""

@@ -1,9 +1,11 @@
 """Generalised likelihood ratio of a change in a feature, against how that feature wanders without one.
 
-The feature is a Gaussian process: an unknown level, a slow wander with a memory, a short one over the window that the
-feature is taken over, a drift, a new level after every change of what the rig does, and what the uncertain parameters
-of the plant add. Its size is unknown: with an inverse-gamma prior the evidence is a Student t ratio. A change adds a
-step or a ramp from an unknown time on (Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapter 4).
+The feature is a Gaussian process: an unknown level, a slow wander with a memory, a short one, a drift, what every
+stretch of work has of its own and what is left of the operation before it, and what the numbers of the plant add that
+are uncertain or wander themselves. Its size is unknown: with an inverse-gamma prior the evidence is a Student t ratio.
+A change adds, from an unknown time on, a step, a ramp, or a step of one of the plant's numbers, which shows as much as
+the work lets it (Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapter 4). It may begin while nothing is
+compared: then only what lies between two stretches dates it.
 """
 
 from __future__ import annotations
@@ -19,8 +21,10 @@ _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
 _PRIOR_FREEDOM = 20.0  # samples that the population's size of the wander counts as
 _LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
-_RECENT_S = 180.0
-_MIN_BEFORE = 8  # values of the same work before a change
+_RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
+_MIN_BEFORE = 12  # values before a change
+_LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
+_SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
 
 
 @dataclass(frozen=True)
@@ -28,20 +32,64 @@ class Wander:
     """How a feature moves on rigs that do not change: standard deviations in noise levels.
 
     Attributes:
-        short: Of the part that is new in every window.
+        short: Of the part with a brief memory.
+        brief: s.
         slow: Of the part with a memory.
         memory: s.
         drift: Of the drift in 10 min.
-        jump: Of the level after a change of what the rig does.
+        jump: Of what the level of one stretch of work has of its own.
+        fresh: Of what an operation leaves, when the stretch after it begins.
+        fade: s, in which that falls to 1 / e.
+        burst: s, memory of that; infinite if it only fades.
+        threshold: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
     """
 
     short: float
+    brief: float
     slow: float
     memory: float
     drift: float
     jump: float
+    fresh: float
+    fade: float
+    burst: float
+    threshold: float
     smallest: float
+
+
+@dataclass(frozen=True)
+class FeatureSeries:
+    """A feature over time.
+
+    Attributes:
+        time: s, (n,), increasing.
+        value: Noise levels, (n,).
+        stretch: Number of the stretch of work, (n,).
+        begun: s, when that stretch began, (n,).
+        window: s over which each value was taken, (n,).
+        sensitivity: (n, p) to the tracked parameters.
+    """
+
+    time: Array
+    value: Array
+    stretch: Array
+    begun: Array
+    window: Array
+    sensitivity: Array
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What is not known of the tracked parameters.
+
+    Attributes:
+        covariance: (p, p) of their values.
+        wanders: (p, k), k independent ways in which they wander, standard deviations.
+    """
+
+    covariance: Array
+    wanders: Array
 
 
 @dataclass(frozen=True)
@@ -53,7 +101,7 @@ class Change:
         since: s.
         interval: s, 95 % interval of `since`.
         kind: ``step`` or ``ramp``.
-        size: Of the change by now, noise levels, signed.
+        size: The largest so far, noise levels, signed.
     """
 
     evidence: float
@@ -63,92 +111,87 @@ class Change:
     size: float
 
 
-def likeliest_change(
-    time: Array, value: Array, work: Array, window: Array, sensitivity: Array, covariance: Array, wander: Wander
-) -> Change | None:
-    """The change that explains a feature best.
+def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Change | None:
+    """The change that explains a feature best; None if there are too few values.
 
     Args:
-        time: s, (n,), increasing.
-        value: Noise levels, (n,).
-        work: (n,) counter of what the rig does: another number, another level.
-        window: s over which each value was taken, (n,).
-        sensitivity: (n, p) to the tracked parameters.
-        covariance: (p, p) of them.
+        series: The feature.
+        uncertain: Parameters of the plant.
         wander: How the feature moves without a change.
-
-    Returns:
-        None if there are too few values.
     """
-    if time.size < 2 * _MIN_BEFORE:
+    begins = _begins(series.time)
+    if not begins.size:
         return None
-    factor = np.linalg.cholesky(_covariance(time, work, window, sensitivity, covariance, wander))
-    white = solve_triangular(factor, value, lower=True)
-    candidates = _candidates(time, work)
-    if not candidates.size:
-        return None
-    shapes = np.concatenate([_steps(time, window, candidates), _ramps(time, window, candidates)], axis=1)
+    factor = np.linalg.cholesky(covariance(series, uncertain, wander))
+    white = solve_triangular(factor, series.value, lower=True)
+    shapes = _shapes(series, begins, series.sensitivity @ uncertain.wanders)
     shaped = solve_triangular(factor, shapes, lower=True)
     norm = np.einsum("nk,nk->k", shaped, shaped)
     size = white @ shaped / np.maximum(norm, 1e-300)
     total = _PRIOR_FREEDOM + float(white @ white)
     left = np.maximum(total - size**2 * norm, 1e-9)
-    evidence = 0.5 * (_PRIOR_FREEDOM + time.size) * np.log(total / left)
+    evidence = 0.5 * (_PRIOR_FREEDOM + series.time.size) * np.log(total / left)
     best = int(np.argmax(evidence))
-    begins = np.concatenate([candidates, candidates])
+    onsets = np.tile(begins, shapes.shape[1] // begins.size)
+    low, since, high = _quantiles(onsets, evidence)
+    shape = size[best] * shapes[:, best]
+    kind = "ramp" if begins.size <= best < 2 * begins.size else "step"
     return Change(
-        float(evidence[best]), float(begins[best]), _interval(begins, evidence), _kind(best, candidates.size),
-        float(size[best] * shapes[-1, best]),
+        float(evidence[best]), since, (low - _RESOLUTION_S, high + _RESOLUTION_S), kind,
+        float(shape[np.argmax(np.abs(shape))]),
     )  # fmt: skip
 
 
-def _candidates(time: Array, work: Array) -> Array:
-    """Times at which a change may have begun: all of the last minutes, every third of those before.
-
-    Each has some values of the same work before it: what an operation left behind fades in the first of them.
-    """
-    begins = np.concatenate([[0], np.flatnonzero(np.diff(work) != 0.0) + 1])
-    index = np.arange(time.size)
-    in_work = index - begins[np.searchsorted(begins, index, side="right") - 1]
-    possible = time[(in_work >= _MIN_BEFORE) & (time <= time[-1] - _LATEST_S)]
-    recent = possible >= time[-1] - _RECENT_S
-    return np.concatenate([possible[~recent][::3], possible[recent]])
-
-
-def _kind(index: int, candidates: int) -> str:
-    return "step" if index < candidates else "ramp"
-
-
-def _interval(begins: Array, evidence: Array) -> tuple[float, float]:
-    """95 % interval of the posterior over the time of onset, whatever the shape."""
-    order = np.argsort(begins, kind="stable")
-    weight = np.cumsum(np.exp(evidence[order] - evidence.max()))
-    low, high = np.searchsorted(weight / weight[-1], (0.025, 0.975))
-    first, last = float(begins[order][low]), float(begins[order][min(high, order.size - 1)])
-    return first - _RESOLUTION_S, last + _RESOLUTION_S
-
-
-def _covariance(
-    time: Array, work: Array, window: Array, sensitivity: Array, covariance: Array, wander: Wander
-) -> Array:  # fmt: skip
+def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Array:
+    """Of the values (n, n) of a feature without a change."""
+    time = series.time
     apart = np.abs(time[:, None] - time[None, :])
-    overlap = np.maximum(1.0 - apart / np.minimum(window[:, None], window[None, :]), 0.0)
-    since = (time - time[0]) / 600.0
-    jumps = np.where(work[:, None] == work[None, :], wander.jump**2, 0.0)
+    drifted = (time - time[0]) / 600.0
+    same = series.stretch[:, None] == series.stretch[None, :]
+    fresh = wander.fresh * np.exp(-(time - series.begun) / wander.fade)
+    kept = np.exp(-apart / wander.memory)
     whole = (
-        _LEVEL**2 + wander.short**2 * overlap + wander.slow**2 * np.exp(-apart / wander.memory)
-        + wander.drift**2 * np.outer(since, since) + jumps + sensitivity @ covariance @ sensitivity.T
+        _LEVEL**2 + wander.short**2 * np.exp(-apart / wander.brief) + wander.slow**2 * kept
+        + wander.drift**2 * np.outer(drifted, drifted)
+        + same * (wander.jump**2 + np.outer(fresh, fresh) * np.exp(-apart / wander.burst))
+        + series.sensitivity @ uncertain.covariance @ series.sensitivity.T
     )  # fmt: skip
+    for moved in (series.sensitivity @ uncertain.wanders).T:
+        late = _LATE * (moved - np.interp(time - _LATE_S, time, moved))
+        whole += kept * np.outer(moved, moved) + np.exp(-apart / _LATE_MEMORY_S) * np.outer(late, late)
     return np.asarray(whole + 1e-6 * np.eye(time.size))
 
 
-def _steps(time: Array, window: Array, begins: Array) -> Array:
-    """(n, k): 0 before, 1 after, in between the share of the window that lies after."""
-    return np.clip((time[:, None] - begins[None, :]) / window[:, None], 0.0, 1.0)
+def _begins(time: Array) -> Array:
+    """Times at which a change may have begun: an even grid that is finer in the last minutes."""
+    if time.size <= _MIN_BEFORE:
+        return np.empty(0)
+    first, last = time[_MIN_BEFORE - 1], time[-1] - _LATEST_S
+    grid = last - _RESOLUTION_S * np.arange(max(np.floor((last - first) / _RESOLUTION_S), -1.0) + 1.0)
+    old = grid < time[-1] - _RECENT_S
+    return np.asarray(np.concatenate([grid[~old], grid[old][::_THINNED]])[::-1])
 
 
-def _ramps(time: Array, window: Array, begins: Array) -> Array:
-    """(n, k): mean over the window of a ramp of 1 a minute."""
-    after = np.maximum(time[:, None] - begins[None, :], 0.0)
-    inside = np.minimum(after, window[:, None])
-    return np.asarray((after - 0.5 * inside) * inside / window[:, None] / 60.0)
+def _shapes(series: FeatureSeries, begins: Array, moved: Array) -> Array:
+    """(n, m): steps, ramps of 1 a minute, and steps of those numbers (n, k) that are seen; all for every onset."""
+    time, window = series.time[:, None], series.window[:, None]
+    after = np.maximum(time - begins[None, :], 0.0)
+    inside = np.minimum(after, window)
+    step, ramp = inside / window, (after - 0.5 * inside) * inside / window / 60.0
+    largest = np.max(np.abs(moved), axis=0, initial=0.0)
+    acting = [step * (moved[:, [k]] / largest[k]) for k in np.flatnonzero(largest > _SEEN)]
+    return np.concatenate([step, ramp, *acting], axis=1)
+
+
+def _quantiles(onsets: Array, evidence: Array) -> tuple[float, float, float]:
+    """Lower end, middle and upper end (95 %) of the posterior over the time of onset, whatever the shape.
+
+    The times are tried on a grid that is not even: each counts with the time that it stands for.
+    """
+    times, index = np.unique(onsets, return_inverse=True)
+    weight = np.zeros(times.size)
+    np.add.at(weight, index, np.exp(evidence - evidence.max()))
+    total = np.cumsum(weight * (np.gradient(times) if times.size > 1 else 1.0))
+    found = np.searchsorted(total / total[-1], (0.025, 0.5, 0.975))
+    low, middle, high = times[np.minimum(found, times.size - 1)]
+    return float(low), float(middle), float(high)

@@ -9,13 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.twin.activity import Activity
-from slider_drilling.twin.change_statistic import Change, likeliest_change
+from slider_drilling.twin.change_statistic import Change, FeatureSeries, Uncertainty, likeliest_change
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
-from slider_drilling.twin.wander import THRESHOLD, WANDERS
+from slider_drilling.twin.wander import WANDERS
 
-MEMORY_S = 900.0
-_CONFIRMED_S = 14.0  # for which a feature must show a change without a break
+MEMORY_S = 1800.0
+_CONFIRMED_S = 9.0  # for which a feature must show a change without a break
+
+Key = tuple[str, str, str]
+"""Mode of the work, channel and kind of a feature."""
 
 
 @dataclass(frozen=True)
@@ -38,42 +41,39 @@ class Alarm:
 class _Value:
     time: float
     value: float
-    work: int
+    stretch: int
+    begun: float
     window: float
     sensitivity: Array
 
 
 class ChangeDetector:
-    """Keeps every feature for some minutes and tests it; memory is bounded.
+    """Keeps every feature for some time, apart for each mode of work, and tests it; memory is bounded.
 
     Args:
-        covariance: (p, p), what is uncertain of the tracked parameters.
+        uncertain: What is uncertain of the tracked parameters.
     """
 
-    def __init__(self, covariance: Array) -> None:
-        self._covariance = covariance
-        self._shown_since: dict[tuple[str, str], float] = {}
-        self._series: dict[tuple[str, str], deque[_Value]] = {}
+    def __init__(self, uncertain: Uncertainty) -> None:
+        self._uncertain = uncertain
+        self._shown_since: dict[Key, float] = {}
+        self._series: dict[Key, deque[_Value]] = {}
 
-    def add(self, time: float, activity: Activity, found: Sequence[Feature], window: float | None = None) -> None:
-        """Take the features of a window that ends at `time`, s; nothing is taken while the work is not settled.
-
-        Args:
-            time: s.
-            activity: What the rig does.
-            found: The features.
-            window: s over which they were taken; None for the rocking period.
-        """
-        for series in self._series.values():
+    def add(self, time: float, activity: Activity, found: Sequence[Feature]) -> None:
+        """Take the features of a window of one period that ends at `time`, s, where they can be compared."""
+        for key, series in self._series.items():
             while series and series[-1].time > activity.valid_until:
                 series.pop()
-        if not activity.settled:
-            self._shown_since.clear()
+                self._shown_since.pop(key, None)
+        if not activity.comparable:
             return
-        width = activity.period if window is None else window
         for feature in found:
-            series = self._series.setdefault((feature.channel, feature.kind), deque())
-            series.append(_Value(time, feature.value, activity.changes, width, feature.sensitivity))
+            if (feature.channel, feature.kind) not in WANDERS:
+                continue
+            series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
+            series.append(_Value(
+                time, feature.value, activity.stretch, activity.begun, activity.period, feature.sensitivity
+            ))  # fmt: skip
             while series[0].time < time - MEMORY_S:
                 series.popleft()
 
@@ -83,26 +83,24 @@ class ChangeDetector:
             while series and series[0].time < until:
                 series.popleft()
 
-    def watched(self) -> list[tuple[str, str]]:
-        """(channel, kind) of the features so far."""
-        return list(self._series)
+    def watched(self, mode: str) -> list[tuple[str, str]]:
+        """(channel, kind) of the features so far in work of a mode."""
+        return [(channel, kind) for own, channel, kind in self._series if own == mode]
 
-    def change(self, channel: str, kind: str) -> Change | None:
+    def change(self, mode: str, channel: str, kind: str) -> Change | None:
         """The likeliest change of one feature, whether or not it is significant."""
-        series = self._series[channel, kind]
-        if len(series) < 2:
+        values = self._series[mode, channel, kind]
+        if not values:
             return None
-        return likeliest_change(
-            np.array([each.time for each in series]), np.array([each.value for each in series]),
-            np.array([each.work for each in series]), np.array([each.window for each in series]),
-            np.stack([each.sensitivity for each in series]), self._covariance, WANDERS[channel, kind],
-        )  # fmt: skip
+        names = ("time", "value", "stretch", "begun", "window")
+        time, value, stretch, begun, window = np.array([[getattr(each, name) for name in names] for each in values]).T
+        series = FeatureSeries(time, value, stretch, begun, window, np.stack([each.sensitivity for each in values]))
+        return likeliest_change(series, self._uncertain, WANDERS[channel, kind])
 
-    def test(self, channel: str, kind: str) -> Alarm | None:
+    def test(self, mode: str, channel: str, kind: str) -> Alarm | None:
         """An alarm if the feature has shown a change for some time, beyond what happens by chance."""
-        key, change = (channel, kind), self.change(channel, kind)
-        smallest = WANDERS[key].smallest
-        if change is None or change.evidence < THRESHOLD or abs(change.size) < smallest:
+        key, change, wander = (mode, channel, kind), self.change(mode, channel, kind), WANDERS[channel, kind]
+        if change is None or change.evidence < wander.threshold or abs(change.size) < wander.smallest:
             self._shown_since.pop(key, None)
             return None
         now = self._series[key][-1].time

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slider_drilling.rig import Rig
-from slider_drilling.twin.ask import Ask
+from slider_drilling.twin.ask import Ask, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, Question
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
 
+if TYPE_CHECKING:
+    from slider_drilling.diagnosis.baseline import Baseline
+
 ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
-BEFORE_S = 420.0  # of samples from before a change
-MARGIN_S = 5.0  # around a change, which belong to neither
-MIN_AFTER_S = 40.0
 _RECENT_S = 300.0  # that are compared with what was before, where nothing was detected
 
 
@@ -40,6 +40,7 @@ class Diagnoser:
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
         self._background: BackgroundDiagnosis | None = None
         self._asked_for: int | None = None
+        self._baseline: tuple[Baseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
         self.answer: dict[str, Any] | None = None
         self.answered: float | None = None
@@ -83,20 +84,18 @@ class Diagnoser:
         if self._ask is None:
             return
         self._background = self._background or BackgroundDiagnosis()
-        since = self._middle(now) if detection is None else detection.since
-        if now - since < MIN_AFTER_S:
-            since = now - MIN_AFTER_S
-        before = recorded_log(self._buffers, self._rig, since - BEFORE_S, since - MARGIN_S)
-        begin = since - MARGIN_S
-        after = recorded_log(self._buffers, self._rig, begin, now)
-        self._asked_for = None if detection is None else detection.number
-        self._background.start(Question(self._ask, before, after, self._rig, since - begin))
-
-    def _middle(self, now: float) -> float:
-        """s from which on the recent samples are compared with those before, where nothing was detected."""
-        time = self._buffers["top_drive_angle"].time
-        kept = now - float(time[0]) if time.size else 0.0
-        return now - min(_RECENT_S, 0.5 * kept)
+        times = self._buffers["top_drive_angle"].time
+        started = float(times[0]) if times.size else now
+        middle = now - min(_RECENT_S, 0.5 * (now - started))  # where nothing was detected
+        windows = windows_of_change((middle, middle) if detection is None else detection.interval, started, now)
+        number = None if detection is None else detection.number
+        baseline, known_for, end = self._baseline
+        if baseline is None or known_for != number or end > windows.before[1]:
+            baseline, end = None, windows.before[1]
+        before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
+        after = recorded_log(self._buffers, self._rig, windows.after, now)
+        self._asked_for, self._baseline = number, (baseline, number, end)
+        self._background.start(Question(self._ask, before, after, self._rig, 0.0))
 
     def _take(self, background: BackgroundDiagnosis, now: float) -> None:
         answer = background.poll()
@@ -105,13 +104,14 @@ class Diagnoser:
         self.error = background.error
         if answer is None:
             return
-        self.answer, self.answered = answer, now
+        self._baseline = (answer.baseline, *self._baseline[1:])
+        self.answer, self.answered = answer.tree, now
         if self._asked_for is None:
             return
         detection = self._log.detections[self._asked_for - 1]
         self._log.change(replace(
-            detection, effects=tuple(answer.get("effects", ())), suspected=suspected_names(answer),
-            verdict=answer.get("verdict"), answered=now, site=answer.get("site") or detection.site,
+            detection, effects=tuple(answer.tree.get("effects", ())), suspected=suspected_names(answer.tree),
+            verdict=answer.tree.get("verdict"), answered=now, site=answer.tree.get("site") or detection.site,
         ))  # fmt: skip
 
 

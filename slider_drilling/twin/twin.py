@@ -17,6 +17,7 @@ from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
+from slider_drilling.twin.change_statistic import Uncertainty
 from slider_drilling.twin.channels import CHANNELS, COMPARED, READING_RANGES, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
@@ -35,6 +36,7 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.settings import TwinSettings
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
 from slider_drilling.twin.unlogged_block import BlockFromPressure
+from slider_drilling.twin.wander import parameter_wanders
 
 _REPORT_S = 1.0
 _HISTORY_S = 400.0
@@ -197,9 +199,10 @@ class Twin:
         activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.weight_on_bit)
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
             self._history.clear()
-            self._detector = ChangeDetector(learner.covariance)
+            names = [parameter.name for parameter in self._parameters]
+            self._detector = ChangeDetector(Uncertainty(learner.covariance, parameter_wanders(names)))
         now = float(grid[-1])
-        judged = learner.learnt and activity.settled
+        judged = learner.learnt and activity.comparable and not self._log.detections
         self._comparison.update(self._history, learner.values, now, judged)
         self._look_for_changes(activity, now)
         self._diagnoser.update(now)
@@ -241,9 +244,9 @@ class Twin:
             return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
             detector.add(now, activity, self._features(activity.period, now, learner.fixed))
-        testable = detector.watched() if activity.settled else []
+        testable = detector.watched(activity.mode) if activity.comparable else []
         for channel, kind in testable[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
-            alarm = detector.test(channel, kind)
+            alarm = detector.test(activity.mode, channel, kind)
             if alarm is not None and self._log.take(alarm):
                 self._diagnoser.detected(self._log.detections[-1])
         since = self._log.settled_change(now)
@@ -286,7 +289,7 @@ class Twin:
             name: self._comparison.state(name, float(expected[name][-1]), now)
             for name in COMPARED if len(self._buffers[name])
         }  # fmt: skip
-        state = "watching" if learner.learnt and activity.settled else "operation" if learner.learnt else "learning"
+        state = "watching" if learner.learnt and activity.comparable else "operation" if learner.learnt else "learning"
         note = activity.why or ("" if learner.learnt else f"{100.0 * learner.share:.0f} % learnt")
         return TwinReport(
             now, state, note, grid, expected, states, learner.trend_table(), self._forecast, self.detections

@@ -45,7 +45,7 @@ def test_parked_drive_takes_back_what_it_showed(rig):
     assert 165 <= parked <= 172
     assert found[parked].valid_until == pytest.approx(160.0, abs=0.2)
     assert not found[parked + 10].settled and found[-1].settled
-    assert found[-1].changes > found[150].changes
+    assert found[-1].stretch > found[150].stretch
 
 
 def test_steady_rotation_is_turning(rig):
@@ -63,11 +63,13 @@ def test_flow_step_unsettles_for_a_minute(rig):
 
 def test_pick_up_unsettles(rig):
     found = _run(rig, _rocking, 240, block_speed=lambda s: 0.002 if s < 200 else -0.05)
-    assert found[198].settled and found[205].why == "the string was picked up"
+    assert found[198].settled and found[207].why == "the string was picked up"
+    assert found[198].comparable and not found[207].comparable
+    assert min(activity.valid_until for activity in found[200:207]) < 200.0
 
 
 @pytest.mark.parametrize(("changes", "mode"), [({"pump": 0.0}, "pump off"), ({"weight": 0.0}, "off bottom")])
-def test_nothing_is_judged_off_bottom(rig, changes, mode):
+def test_nothing_is_calibrated_off_bottom(rig, changes, mode):
     found = _run(rig, _rocking, 200, **changes)
     assert found[-1].mode == mode and not found[-1].settled
 
@@ -77,3 +79,19 @@ def test_steering_unsettles_until_it_is_over(rig):
     assert found[198].settled
     assert any(activity.why == "the centre of the rocking moves" for activity in found[210:260])
     assert found[-1].settled
+
+
+def test_wave_of_the_block_is_no_pick_up(rig):
+    found = _run(rig, _rocking, 300, block_speed=lambda s: 0.06 * np.sin(2.0 * np.pi * s / 10.0))
+    assert all(activity.comparable for activity in found[100:])
+
+
+def test_momentary_lift_ends_no_stretch(rig):
+    found = _run(rig, _rocking, 260, weight=lambda s: 0.0 if s in (200, 201, 202) else 5e4)
+    assert found[-1].stretch == found[190].stretch
+
+
+def test_work_is_comparable_before_it_is_calibrated(rig):
+    found = _run(rig, _rocking, 320, pump=lambda s: 1.0 if s < 200 else 0.9)
+    assert not found[215].comparable
+    assert found[245].comparable and not found[245].settled

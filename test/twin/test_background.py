@@ -6,13 +6,14 @@ import pytest
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.rig import load_rig
+from slider_drilling.twin.ask import Answer
 from slider_drilling.twin.background import BackgroundDiagnosis, Question
 
 _LOG = RigLog("test", 0)
 
 
 def answer_at_once(before, after, rig, since):
-    return {"verdict": "effect", "effects": ["heave"], "since": since, "process": os.getpid()}
+    return Answer({"verdict": "effect", "effects": ["heave"], "since": since, "process": os.getpid()})
 
 
 def refuse(before, after, rig, since):
@@ -21,7 +22,7 @@ def refuse(before, after, rig, since):
 
 def sleep_long(before, after, rig, since):
     time.sleep(600.0)
-    return {}
+    return Answer({})
 
 
 def _ask(question, rig):
@@ -48,8 +49,8 @@ def test_answer_comes_from_another_process(rig):
     background = _ask(answer_at_once, rig)
     answer = _await(background)
     background.close()
-    assert answer["effects"] == ["heave"] and answer["since"] == 3.0
-    assert answer["process"] != os.getpid()
+    assert answer.tree["effects"] == ["heave"] and answer.tree["since"] == 3.0
+    assert answer.tree["process"] != os.getpid()
     assert background.error is None
 
 

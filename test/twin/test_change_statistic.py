@@ -1,14 +1,17 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from slider_drilling.twin.change_statistic import Wander, likeliest_change
-from slider_drilling.twin.wander import THRESHOLD, WANDERS
+from slider_drilling.twin.change_statistic import FeatureSeries, Uncertainty, Wander, likeliest_change
+from slider_drilling.twin.wander import WANDERS, parameter_wanders
 
-_WANDER = Wander(0.1, 0.2, 80.0, 0.2, 2.0, 0.7)
+_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 12.0, 0.7)
+_KNOWN = Uncertainty(np.zeros((1, 1)), np.zeros((1, 1)))
 
 
 def _series(seed, duration=600.0, window=10.0):
-    """A feature that wanders as `_WANDER` says, every 5 s."""
+    """A feature that wanders as `_WANDER` says, every 5 s, in one stretch of work."""
     random = np.random.default_rng(seed)
     time = np.arange(0.0, duration, 5.0)
     kept, slow = np.exp(-5.0 / _WANDER.memory), np.empty(time.size)
@@ -16,20 +19,24 @@ def _series(seed, duration=600.0, window=10.0):
     for index in range(time.size):
         slow[index] = level
         level = kept * level + np.sqrt(1.0 - kept**2) * random.normal()
-    return time, 5.0 + _WANDER.short * random.normal(size=time.size) + _WANDER.slow * slow
+    value = 5.0 + _WANDER.short * random.normal(size=time.size) + _WANDER.slow * slow
+    nothing = np.zeros(time.size)
+    return FeatureSeries(time, value, nothing, nothing, np.full(time.size, window), np.zeros((time.size, 1)))
 
 
-def _change(time, value, work=None, window=10.0):
-    work = np.zeros(time.size) if work is None else work
-    nothing = np.zeros((time.size, 1))
-    return likeliest_change(time, value, work, np.full(time.size, window), nothing, np.eye(1), _WANDER)
+def _change(series, more=0.0, uncertain=_KNOWN):
+    return likeliest_change(replace(series, value=series.value + more), uncertain, _WANDER)
+
+
+def _step(series, since):
+    return np.clip((series.time - since) / series.window, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_step_is_found_with_its_time(seed):
-    time, value = _series(seed)
-    change = _change(time, value + 2.0 * np.clip((time - 400.0) / 10.0, 0.0, 1.0))
-    assert change.evidence > THRESHOLD
+    series = _series(seed)
+    change = _change(series, 2.0 * _step(series, 400.0))
+    assert change.evidence > _WANDER.threshold
     assert change.kind == "step"
     assert change.since == pytest.approx(400.0, abs=15.0)
     assert change.interval[0] <= 405.0 and change.interval[1] >= 390.0
@@ -38,39 +45,69 @@ def test_step_is_found_with_its_time(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_ramp_is_called_ramp(seed):
-    time, value = _series(seed)
-    change = _change(time, value + np.maximum(time - 300.0, 0.0) / 60.0)
-    assert change.evidence > THRESHOLD
+    series = _series(seed)
+    change = _change(series, np.maximum(series.time - 300.0, 0.0) / 60.0)
+    assert change.evidence > _WANDER.threshold
     assert change.kind == "ramp"
     assert change.since == pytest.approx(300.0, abs=60.0)
 
 
 def test_wander_alone_stays_below_threshold():
-    evidence = [_change(*_series(seed)).evidence for seed in range(40)]
-    assert max(evidence) < THRESHOLD
+    evidence = [_change(_series(seed)).evidence for seed in range(40)]
+    assert max(evidence) < _WANDER.threshold
     assert np.median(evidence) < 4.0
+
+
+def _two_stretches(seed):
+    series = _series(seed)
+    later = series.time > 300.0
+    return replace(series, stretch=later.astype(float), begun=np.where(later, 300.0, 0.0))
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_new_level_after_an_operation_is_no_change(seed):
-    time, value = _series(seed)
-    work = (time > 300.0).astype(float)
-    assert _change(time, value + 2.0 * work, work).evidence < THRESHOLD
+    series = _two_stretches(seed)
+    assert _change(series, 2.0 * series.stretch).evidence < _WANDER.threshold
+
+
+def test_change_between_stretches_is_dated_by_them():
+    series = _two_stretches(0)
+    kept = (series.time < 200.0) | (series.time > 350.0)
+    series = FeatureSeries(*(getattr(series, name)[kept] for name in vars(series)))
+    change = _change(series, 25.0 * series.stretch)
+    assert change.evidence > _WANDER.threshold
+    assert 190.0 < change.interval[0] + 5.0 < 260.0 < change.since < 300.0 < change.interval[1] < 360.0
+
+
+def test_what_acts_only_under_load_is_found():
+    series = _series(0)
+    load = np.abs(np.sin(series.time / 60.0))
+    series = replace(series, sensitivity=load[:, None])
+    uncertain = Uncertainty(np.zeros((1, 1)), np.array([[0.35]]))
+    more = 3.0 * load * _step(series, 300.0)
+    loaded, unloaded = _change(series, more, uncertain), _change(series, more)
+    assert loaded.since == pytest.approx(300.0, abs=20.0)
+    assert loaded.size == pytest.approx(3.0, abs=0.5)
+    assert loaded.evidence > _WANDER.threshold and unloaded.size < 2.5
 
 
 def test_uncertain_parameter_explains_its_own_change():
-    time, value = _series(0)
-    shape = np.clip((time - 300.0) / 10.0, 0.0, 1.0)
-    window, work = np.full(time.size, 10.0), np.zeros(time.size)
-    change = likeliest_change(time, value + 2.0 * shape, work, window, shape[:, None], 4.0 * np.eye(1), _WANDER)
-    assert change.evidence < THRESHOLD
+    series = _series(0)
+    shape = _step(series, 300.0)
+    series = replace(series, sensitivity=shape[:, None])
+    uncertain = Uncertainty(4.0 * np.eye(1), np.zeros((1, 1)))
+    assert _change(series, 2.0 * shape, uncertain).evidence < _WANDER.threshold
 
 
 def test_too_few_values_say_nothing():
-    time, value = _series(0, duration=60.0)
-    assert _change(time, value) is None
+    assert _change(_series(0, duration=60.0)) is None
 
 
-def test_every_feature_has_its_wander():
-    kinds = {kind for _, kind in WANDERS}
-    assert kinds == {"mean", "gain", "lag", "spread"}
+def test_every_channel_at_surface_is_watched():
+    assert {channel for channel, _ in WANDERS} == {"surface_torque", "hook_load", "standpipe_pressure"}
+
+
+def test_parameters_of_one_kind_wander_together():
+    wanders = parameter_wanders(["friction_1", "friction_2", "motor_gain", "string_stiffness"])
+    assert wanders.shape == (4, 2)
+    assert wanders[0, 0] == wanders[1, 0] > 0.0 and not wanders[3].any()

@@ -26,7 +26,6 @@ SCHEMA = "slider_drilling/twin_campaign/1"
 LOGS, LABELS, RESULTS = "logs", "labels", "results"
 
 
-
 @dataclass(frozen=True)
 class TwinCampaign:
     """What a campaign found.

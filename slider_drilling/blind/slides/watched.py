@@ -10,11 +10,13 @@ from typing import Any
 
 from slider_drilling.blind.slides.forecasts import ForecastErrors, ForecastLog
 from slider_drilling.campaign.job import Job
+from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
-from slider_drilling.twin.diagnoser import ASKED_AFTER_S, BEFORE_S, MARGIN_S, MIN_AFTER_S
+from slider_drilling.twin.ask import windows_of_change
+from slider_drilling.twin.diagnoser import ASKED_AFTER_S
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.watch import reports_of
 
@@ -119,13 +121,13 @@ def watch_slide(log: RigLog) -> WatchedSlide:
 
 def _with_answers(log: RigLog, detection: Detection, end: float, number: int) -> tuple[WatchedDetection, list[float]]:
     """A detection with its answers, and the processor time of each."""
-    answers, costs = [], []
+    answers, costs, baseline = [], [], None
     for after in ASKED_AFTER_S if number < _ASKED_DETECTIONS else ():
         now = detection.detected + after
         if after >= NAMED_WITHIN_S or now > end:
             break
         began = clock.process_time()
-        answer = _ask(log, min(detection.since, now - MIN_AFTER_S), now)
+        answer, baseline = _ask(log, detection.interval, now, baseline)
         costs.append(clock.process_time() - began)
         answers.append(TwinAnswer(now + costs[-1], **answer))
     low, high = detection.interval
@@ -136,16 +138,22 @@ def _with_answers(log: RigLog, detection: Detection, end: float, number: int) ->
     return watched, costs
 
 
-def _ask(log: RigLog, since: float, now: float) -> dict[str, Any]:
-    before = cut_time_window(log, max(since - BEFORE_S, 0.0), since - MARGIN_S)
-    after = cut_time_window(log, since - MARGIN_S, now)
+def _ask(
+    log: RigLog, interval: tuple[float, float], now: float, baseline: Baseline | None
+) -> tuple[dict[str, Any], Baseline | None]:
+    """An answer, and the baseline that it rests on, which the next question about the same change uses again."""
+    windows = windows_of_change(interval, 0.0, now)
+    after = cut_time_window(log, windows.after, now)
     try:
-        tree = diagnose_after(before, after, log.rig(), MARGIN_S)
+        before = baseline or cut_time_window(log, *windows.before)
+        answer = diagnose_after(before, after, log.rig(), 0.0)
     except InputError as error:
-        return {"verdict": "failed", "failure": str(error)}
+        return {"verdict": "failed", "failure": str(error)}, baseline
+    tree = answer.tree
     group: list[str] = next((row["group"] for row in tree["ranking"] if row["in_answer"]), [])
-    return {"verdict": tree["verdict"], "effects": tuple(tree["effects"]), "group": tuple(group),
-            "suspected": tuple(tree["suspected"]), "site": tree["site"]}  # fmt: skip
+    found = {"verdict": tree["verdict"], "effects": tuple(tree["effects"]), "group": tuple(group),
+             "suspected": tuple(tree["suspected"]), "site": tree["site"]}  # fmt: skip
+    return found, answer.baseline
 
 
 def watched_from_json(tree: dict[str, Any]) -> WatchedSlide:
