@@ -20,7 +20,7 @@ from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, read_result_
 from slider_drilling.gap.experiment_design.detectable_size import evidence_needed
 from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.gap.model import Effect
-from slider_drilling.gap.problem.noise import noise_floor, sigmas
+from slider_drilling.gap.problem.noise import noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
@@ -68,7 +68,7 @@ def evidence_for(logs: Sequence[RigLog], names: Sequence[str]) -> dict[str, Any]
 
 def _calibrated(model: DrillString) -> tuple[Problem, Fit]:
     """Calibration alone, with noise floors from what it leaves."""
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     rough_problem = build_problem(model, [sigmas(own) for own in floors])
     freed = parameters_of(rough_problem, ())
     rough = fit(rough_problem, freed, {})

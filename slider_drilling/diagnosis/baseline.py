@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.undisturbed import from_calm_start, without_opera
 from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter
-from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor, sigmas
+from slider_drilling.gap.problem.noise import NoiseFloor, noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -100,7 +100,7 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig) -> Baseline:
     calm = [from_calm_start(checked.log, rig, longest=True) for checked in checks]
     string = without_operations(build_model(calm, rig).model)
     model = ChangedString(string, {}, string.nuisance, string.effects)  # nothing is shared yet
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     problem = build_problem(model, [sigmas(own) for own in floors])
     runs = range(len(model.runs))
     starts = [{f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]

@@ -11,7 +11,7 @@ from slider_drilling.gap.evidence.compare import gap_closed
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.experiment_design.knowledge import Explanation, explanations_of
 from slider_drilling.gap.model import Effect, HasConditionalNuisance, HasCoupledEffects, HasObserver, Model, Values
-from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floor
+from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floors
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.breakdown import GapBreakdown, break_down_gap
 from slider_drilling.gap.results.free_run import FreeRunModels, best_free_runs
@@ -200,7 +200,7 @@ def explain(
     started = time.perf_counter()
     candidates = list(model.effects if effects is None else effects)
     if floors is None:
-        floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+        floors = noise_floors(model.runs)
     state = calibrate(model, candidates, floors, starts, seed, progress)
     coupled = coupled_effect_sets(model, candidates)
     conditional = model.conditional_nuisance if isinstance(model, HasConditionalNuisance) else ()

@@ -8,7 +8,7 @@ import pytest
 from toy import EFFECTS, TIME, Toy, force, toy
 
 from slider_drilling.gap import Parameter, SimulationOptions
-from slider_drilling.gap.problem.noise import noise_floor
+from slider_drilling.gap.problem.noise import noise_floors
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.selection.calibration import calibrate
@@ -43,7 +43,7 @@ def tone(pitch: float) -> np.ndarray:
 def known():
     """A state whose pitch is in the wrong optimum, and an effect that there is nothing of, fitted in the right one."""
     model = Tone(toy({}, 5, extra=tone(TRUE)).runs)
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     state = calibrate(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)
     free, folds = state.modes[0], state.bootstrap.folds
     wrong = finish_and_cross_validate(free, (), fit(free, parameters_of(free, ()), {"pitch": -1.5}), folds)
@@ -86,7 +86,7 @@ def test_scattered_nuisance_leads_out_of_a_wrong_optimum(known):
 def test_larger_model_is_refitted_from_the_smaller_one(there_is):
     """A sine fitted at the wrong pitch, beside a calibration at the right one."""
     model = Tone(toy({"sine": there_is}, 5, extra=tone(TRUE)).runs)
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     state = calibrate(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)
     free, folds, effect = state.modes[0], state.bootstrap.folds, (EFFECTS[0],)
     right = finish_and_cross_validate(free, (), fit(free, parameters_of(free, ()), {"pitch": TRUE}), folds)

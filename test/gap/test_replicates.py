@@ -10,7 +10,7 @@ from toy import EFFECTS, NUISANCE, TIME, Toy, force, toy
 from slider_drilling.gap import Channel, SimulationOptions, explain
 from slider_drilling.gap.evidence.replicates import replicate_noise_factors
 from slider_drilling.gap.evidence.score import make_folds, score_residual
-from slider_drilling.gap.problem.noise import noise_floor
+from slider_drilling.gap.problem.noise import noise_floors
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
@@ -63,7 +63,7 @@ def test_only_the_unpredictable_channel_gets_higher_floor():
 
 
 def begun(model):
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     return calibrate(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
 
 

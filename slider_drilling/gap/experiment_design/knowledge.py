@@ -11,7 +11,7 @@ from slider_drilling.gap.experiment_design.detectable_size import ProbedShape, m
 from slider_drilling.gap.experiment_design.information import Information, fitted_information
 from slider_drilling.gap.model import Effect, Model, Parameter, Values
 from slider_drilling.gap.problem.model_error import observed_model_error, with_model_error
-from slider_drilling.gap.problem.noise import noise_floor, sigmas
+from slider_drilling.gap.problem.noise import noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
@@ -124,7 +124,7 @@ def after_fit(model: Model, explanations: Sequence[Explanation]) -> Knowledge:
         model: The model with its logs.
         explanations: The explanations that the search found, the answer first.
     """
-    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    floors = noise_floors(model.runs)
     answer = explanations[0]
     named = tuple(effect for effect in model.effects if effect.name in answer.effects)
     problem = build_problem(model, [sigmas(own) for own in floors])

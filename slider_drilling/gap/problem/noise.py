@@ -7,13 +7,13 @@ own counts as gap, however badly it repeats.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2, norm
 
-from slider_drilling.gap.model import Array, Channel
+from slider_drilling.gap.model import Array, Channel, LoggedRun
 from slider_drilling.gap.problem.spectral_lines import LINE_FALSE_ALARM, remove_lines
 
 # Variance of fourth differences of white noise, in its variance: sum of binomial(4, k)^2.
@@ -87,6 +87,11 @@ def noise_floor(channel: Channel) -> NoiseFloor:
         method = "resolution" if digits > of_declared else "declared"
         return NoiseFloor(limit, method, declared, observed, lower_limit=limit)
     return _floor_of_differences(NoiseFloor(observed, "differences", declared, observed, lower_limit=limit))
+
+
+def noise_floors(runs: Sequence[LoggedRun]) -> list[dict[str, NoiseFloor]]:
+    """Noise floors by run and channel, from the logs alone."""
+    return [{channel.name: noise_floor(channel) for channel in run.channels} for run in runs]
 
 
 def lower_floor(floor: NoiseFloor, residual: Array) -> NoiseFloor:

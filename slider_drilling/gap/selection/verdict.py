@@ -33,7 +33,7 @@ class Decision:
         site: Site of the first effect, or where an unknown cause most likely lies; None without either.
         effects: Names of the effects that the verdict rests on.
         alternative: The free form that fits as well as these, or that shows the shape of the unknown cause.
-        remainder: The free form that predicts best what remains beside the effects.
+        remainder: The free form that predicts best what remains beside the effects, if it closes enough of that.
         state: The state; calibrated only, where its effects are withdrawn.
     """
 
@@ -67,7 +67,10 @@ def reach_verdict(state: SearchState) -> Decision:
         return _calibration_verdict(state) if enough else _unknown(state, forms)
     alternative = _equally_good_form(state, forms)
     if enough and alternative is None:
-        return Decision("effect", effects[0].site, state.current.names, None, remainder, state)
+        return Decision("effect", effects[0].site, state.current.names, None, None, state)
+    if remainder is not None and not gap_reduction_relevant(state.current.score, remainder.score):
+        # It shows that structure is left, not what it looks like.
+        remainder = None
     if not state.calibrated_adequacy.adequate:
         return Decision("effect_and_unknown", effects[0].site, state.current.names, alternative, remainder, state)
     # Calibration alone leaves only noise: there is no gap that something else could close as well.
