@@ -53,8 +53,9 @@ def rounds_page(results: Sequence[ArmResult], evidence_only: bool) -> Page:
     if evidence_only:
         notes.append(
             "No diagnosis was made: an effect counts as named where the likelihood ratio of the true effects, fitted "
-            "in the cheapest simulation, is what a name needs. That is what the logs hold at best. The plans did not "
-            "know the effects."
+            "in the cheapest simulation, is what a name needs. That is what the logs hold at best; what a foreign "
+            "structure does may count as evidence for an effect of the contact, too. The plans did not know the "
+            "effects."
         )
     sections = (
         Section("After each run", (Table(HEADS, tuple(arm_cells(arm) for arm in arms),
