@@ -50,6 +50,7 @@ def test_totals_count_what_has_enough_evidence():
     assert (planned.single_named.count, random.single_named.count) == (2, 1)
     assert (planned.over_limit.count, planned.largest_limit_use) == (1, 1.2)
     assert routine.largest_limit_use is None
+    assert routine.extra_names.total == 0  # evidence alone names nothing wrong
 
 
 def test_arms_are_compared_on_the_same_cases():

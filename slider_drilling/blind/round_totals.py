@@ -22,7 +22,7 @@ class ArmTotals:
         cases: Number of cases.
         single_named: One effect of `CLEAR_SIZE` or more: named.
         both_named: Two effects: both named.
-        extra_names: Cases with a name of an effect that is not there.
+        extra_names: Diagnosed cases with a name of an effect that is not there.
         false_alarms: No effect, and a verdict other than ``none`` or ``parameters``.
         correct: Correct diagnoses.
         over_limit: Runs that exceeded a limit in truth.
@@ -76,7 +76,7 @@ def _totals(arm: str, own: Sequence[ArmResult]) -> ArmTotals:
     return ArmTotals(
         arm, len(cases), proportion(case.truth_named for case in single),
         proportion(case.truth_named for case in cases if case.kind == "two"),
-        proportion(case.extra_names > 0 for case in cases),
+        proportion(each.case.extra_names > 0 for each in own if not each.gains),
         proportion(case.outcome == "false alarm" for case in cases if case.kind == "none"),
         proportion(case.correct for case in cases), proportion(share > 1.0 for share in used),
         max(used, default=None),
