@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from slider_drilling.api.what_changed import parse_since
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.diagnosis.baseline import fit_baseline
-from slider_drilling.diagnosis.change_answer import ChangedParameter
+from slider_drilling.diagnosis.change_answer import ChangedParameter, changed_beside
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
@@ -25,6 +26,7 @@ from slider_drilling.diagnosis.undisturbed import calm_times
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.effects import effects_with
 from slider_drilling.errors import InputError
+from slider_drilling.gap.model import Parameter
 from slider_drilling.log import read_log
 
 BACKLASH = {"top_drive_backlash": {"angle": 0.4}}
@@ -163,3 +165,16 @@ def test_operations_are_left_out():
     still = np.zeros_like(time)
     calm = calm_times(Commands(time, still, still, np.cumsum(lifted) * 0.1, lifted, np.full_like(time, 10.0)))
     assert calm[time < 90.0].all() and not calm[(time > 100.0) & (time < 175.0)].any() and calm[time > 185.0].all()
+
+
+def _fitted(**values):
+    parameters = [Parameter(name, 1.0, 0.5, 2.0, 0.05, spread=0.02) for name in ("friction_1", "motor_gain")]
+    return SimpleNamespace(parameters=parameters, values={"friction_1": 1.0, "motor_gain": 1.0, **values})
+
+
+@pytest.mark.parametrize(("moved", "alone", "beside"), [
+    (1.01, 1.0, ""), (1.1, 1.0, "friction_1"), (1.1, 1.09, ""), (1.1, 1.05, "friction_1"),
+])  # fmt: skip
+def test_name_that_needs_another_change_is_none(moved, alone, beside):
+    tried = SimpleNamespace(fit=_fitted(friction_1=moved))
+    assert changed_beside(tried, _fitted(friction_1=alone)) == beside

@@ -12,6 +12,7 @@ from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
+from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.rig import Rig
 
 
@@ -73,16 +74,18 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
         InputError: It detects no change.
     """
     from slider_drilling.twin import Twin
+    from slider_drilling.twin.ask import windows_of_change
     from slider_drilling.twin.feed import LogFeed
     from slider_drilling.twin.watch import reports_of
 
-    length = max(float(series.time[-1]) for series in log.series().values())
+    length = _end(log)
     with contextlib.closing(Twin(rig, ask=None)) as twin:
         for report in reports_of(twin, LogFeed(log)):
             progress("looking for a change", 0.5 * min(report.time / length, 1.0))
-            if report.detections:
-                first = report.detections[0]
-                return Since(first.since, first.interval, found=True, log_start=first.since)
+        if twin.detections:
+            first = twin.detections[0]
+            begin = windows_of_change(first.interval, 0.0, length).after
+            return Since(first.since, first.interval, found=True, log_start=begin)
     raise InputError(f"--since auto: {log.source}: no change detected; give the time from which on to compare")
 
 
@@ -102,6 +105,23 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
             request.baseline, request.logs, rig, only=request.only, seed=request.seed, progress=progress
         )
     log = request.logs[0]
-    since = find_since(log, rig, progress) if request.since == "auto" else Since(request.since, log_start=request.since)
-    before, after = split_at(log, since.time)
+    if request.since == "auto":
+        since = find_since(log, rig, progress)
+        before, after = _around(log, since)
+    else:
+        since = Since(request.since, log_start=request.since)
+        before, after = split_at(log, since.time)
     return diagnose_change([before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress)
+
+
+def _around(log: RigLog, since: Since) -> tuple[RigLog, RigLog]:
+    """The log before and after a change that was found; what lies within its interval belongs to neither."""
+    from slider_drilling.twin.ask import windows_of_change
+
+    assert since.interval is not None
+    windows = windows_of_change(since.interval, 0.0, _end(log))
+    return cut_time_window(log, *windows.before), cut_time_window(log, windows.after, _end(log))
+
+
+def _end(log: RigLog) -> float:
+    return max(float(series.time[-1]) for series in log.series().values())

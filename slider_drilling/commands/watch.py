@@ -86,7 +86,7 @@ def command(
     if campaign is not None:
         names = tuple(name.strip() for name in begins.split(",") if name.strip())
         workers = WorkerSettings(jobs, scheduler)
-        return watch_campaign(campaign, seed, names, duration, rig_path, output, workers, as_json)
+        return watch_campaign(campaign, seed, names, duration, rig_path, output, workers, as_json, diagnose)
     assert source is not None
     if save_rig is not None:
         check_outputs((save_rig,), (Path(source), rig_path, topics_path))

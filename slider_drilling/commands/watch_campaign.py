@@ -19,7 +19,7 @@ FILE = "twin_campaign.json"
 
 def watch_campaign(
     count: int, seed: int, begins: Sequence[str], duration: float, rig_path: Path | None, output: Path,
-    workers: WorkerSettings, as_json: bool,
+    workers: WorkerSettings, as_json: bool, diagnose: bool,
 ) -> int:  # fmt: skip
     """Run the campaign, print and save its table.
 
@@ -32,6 +32,7 @@ def watch_campaign(
         output: Folder of logs, labels, results and the table.
         workers: Where the slides are made and watched.
         as_json: Print the tree of the file.
+        diagnose: Whether the twin asks what has changed.
 
     Returns:
         The exit code.
@@ -55,13 +56,14 @@ def watch_campaign(
         return run_with_progress(what, jobs, folder, workers)
 
     rig = Path(installed_file("config/rig.example.yaml")) if rig_path is None else rig_path
-    campaign = run_campaign(draw_slides(count, seed, duration, begins), rig, output, run)
+    campaign = run_campaign(draw_slides(count, seed, duration, begins), rig, output, run, diagnose)
     options = {
         "campaign": count,
         "seed": seed,
         "begins": list(begins),
         "duration": duration,
         "rig": str(rig_path or ""),
+        "diagnose": diagnose,
     }
 
     def write() -> tuple[Path, ...]:

@@ -24,6 +24,8 @@ _SAME_GAIN, _SAME_SHARE = 12.0, 0.2
 # E that a named change may leave, relative to calibration without it; and share of the difference that it explains at
 # least.
 _NO_WORSE, _MIN_EXPLAINED = 1.05, 0.7
+# Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it.
+_WANDERED = 3.0
 # Names that one answer may hold together. More say only that something is different.
 _MAX_GROUP = 3
 # E, in units of what the baseline left, up to which a log is as the baseline was.
@@ -92,7 +94,7 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         seed: Of the bootstrap.
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    group = _indistinguishable([each for each in search.tried if not why_unsupported(each, unchanged, calibrated)])
+    group = _indistinguishable([each for each in search.tried if not why_unsupported(each, search)])
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
     named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
@@ -141,14 +143,14 @@ def _counts_by_itself(piece: Piece) -> bool:
     return piece.channel.time.size >= _MIN_SAMPLES and not piece.channel.accumulates
 
 
-def why_unsupported(tried: TriedChange, unchanged: float, calibrated: float) -> str:
+def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     """Why a candidate may not be named, empty if it may.
 
     Args:
         tried: The candidate.
-        unchanged: E of the baseline's model.
-        calibrated: E of calibration alone.
+        search: The search that tried it.
     """
+    unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
     if tried.gain < MIN_EVIDENCE:
         return "explains no more than chance and the model's own error may"
     if not tried.effect.is_physical(tried.fit.values):
@@ -159,6 +161,20 @@ def why_unsupported(tried: TriedChange, unchanged: float, calibrated: float) -> 
         return "leaves a larger error than calibration alone"
     if _share_of_gap(unchanged, tried.gap) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
+    beside = changed_beside(tried, search.calibrated)
+    return f"explains the difference only if {beside} has changed too" if beside else ""
+
+
+def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
+    """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
+    for parameter in calibrated.parameters:
+        if "@" in parameter.name or parameter.name not in tried.fit.values:
+            continue
+        moved, alone = (
+            abs(each.values[parameter.name] - parameter.nominal) / parameter.spread for each in (tried.fit, calibrated)
+        )
+        if moved > max(_WANDERED, alone + 1.0):
+            return parameter.name
     return ""
 
 

@@ -105,7 +105,7 @@ def _ranking(search: ChangeSearch, answer: ChangeAnswer) -> tuple[RankedEffect, 
 
 def _ranked(search: ChangeSearch, answer: ChangeAnswer, tried: TriedChange) -> RankedEffect:
     named = tried is answer.named
-    failed = why_unsupported(tried, *answer.gaps[:2])
+    failed = why_unsupported(tried, search)
     closed, interval = share_explained(search.problem, search.calibrated.residual, tried.fit.residual)
     why_not = () if named else (failed or _why_not(tried, answer),)
     return RankedEffect(

@@ -52,7 +52,9 @@ class TwinCampaign:
         return campaign_table(self.scored, self.watched)
 
 
-def run_campaign(cases: Sequence[SlideCase], rig: Path, folder: Path, run: JobRunner) -> TwinCampaign:
+def run_campaign(
+    cases: Sequence[SlideCase], rig: Path, folder: Path, run: JobRunner, diagnose: bool = True
+) -> TwinCampaign:
     """Make the slides, watch them without their labels, and score.
 
     Args:
@@ -60,6 +62,7 @@ def run_campaign(cases: Sequence[SlideCase], rig: Path, folder: Path, run: JobRu
         rig: Rig file that wells, strings and fluids are drawn from.
         folder: Of logs, labels and results; what is there already is not made again.
         run: Runs the jobs.
+        diagnose: Whether the twin asks what has changed.
 
     Raises:
         InputError: No slide could be made.
@@ -75,7 +78,7 @@ def run_campaign(cases: Sequence[SlideCase], rig: Path, folder: Path, run: JobRu
     if not paths:
         raise InputError(f"{folder}: no slide could be made: {next(iter(made.failed.values()), 'none was asked for')}")
     forbidden = (str(labels.resolve()),)
-    seen = run("watching", [watch_job(path, forbidden) for path in paths], make_subfolder(folder, RESULTS))
+    seen = run("watching", [watch_job(path, forbidden, diagnose) for path in paths], make_subfolder(folder, RESULTS))
     watched, scored = [], []
     for path, key in zip(paths, seen.keys, strict=True):
         result = seen.result(key)

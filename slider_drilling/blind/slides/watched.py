@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import resource
+import os
 import time as clock
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ class WatchedSlide:
         detections: In their order.
         cpu_share: Processor time over the time of the slide, without diagnoses.
         diagnosis_cpu: s of processor time, of every diagnosis.
-        memory: bytes, the most that the process held.
+        memory: bytes that the process of the twin held at the end, before any diagnosis.
         forecasts: Errors of the forecasts.
     """
 
@@ -86,48 +87,67 @@ class WatchedSlide:
     forecasts: ForecastErrors
 
 
-def watch_job(log: Path, forbidden: tuple[str, ...]) -> Job:
-    """The job that watches a slide; forbidden: folders that it cannot open, which hold the labels."""
+def watch_job(log: Path, forbidden: tuple[str, ...], diagnose: bool = True) -> Job:
+    """The job that watches a slide.
+
+    Args:
+        log: Of the slide.
+        forbidden: Folders that it cannot open, which hold the labels.
+        diagnose: Whether to ask what has changed.
+    """
     call = "slider_drilling.blind.slides.watched:watch_sealed"
-    return Job(call, log.stem, {"log": str(log)}, forbidden_folders=forbidden)
+    return Job(call, log.stem, {"log": str(log)}, {"diagnose": diagnose}, forbidden_folders=forbidden)
 
 
 def watch_sealed(job: Job) -> dict[str, Any]:
     """Watch the slide of a job."""
-    return asdict(watch_slide(read_log(Path(job.inputs["log"]))))
+    return asdict(watch_slide(read_log(Path(job.inputs["log"])), bool(job.options["diagnose"])))
 
 
-def watch_slide(log: RigLog) -> WatchedSlide:
+def watch_slide(log: RigLog, diagnose: bool = True) -> WatchedSlide:
     """Run the twin over a log as if it came live; diagnoses are asked at the times at which the twin asks them."""
     rig = log.rig()
     twin, feed, forecasts = Twin(rig, ask=None), LogFeed(log), ForecastLog()
     began, watched, last = clock.process_time(), 0, 0.0
+    known: list[tuple[Detection, ...]] = []  # second by second: dates of changes move while more is seen
     for report in reports_of(twin, feed):
+        known.append(report.detections)
         watched += report.state == "watching"
         last = report.time
         forecasts.add(report)
-    cost = clock.process_time() - began
+    cost, memory = clock.process_time() - began, _resident_bytes()
     found = twin.latest_report()
     detections = () if found is None else found.detections
     twin.close()
-    answered = [_with_answers(log, each, last, number) for number, each in enumerate(detections)]
+    asked = detections[:_ASKED_DETECTIONS] if diagnose else ()
+    answered = [_with_answers(log, each, known, each in asked) for each in detections]
     spent = tuple(cpu for _, costs in answered for cpu in costs)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return WatchedSlide(
         Path(log.source).name, last, float(watched), tuple(each for each, _ in answered), cost / max(last, 1.0),
         spent, memory, forecasts.errors(log, rig),
     )  # fmt: skip
 
 
-def _with_answers(log: RigLog, detection: Detection, end: float, number: int) -> tuple[WatchedDetection, list[float]]:
-    """A detection with its answers, and the processor time of each."""
+def _with_answers(
+    log: RigLog, detection: Detection, known: Sequence[tuple[Detection, ...]], asked: bool
+) -> tuple[WatchedDetection, list[float]]:
+    """A detection with its answers, and the processor time of each.
+
+    Args:
+        log: The whole log.
+        detection: As it was known in the end.
+        known: All detections as they were known, one entry a second; the last is the end of the log.
+        asked: Whether there are answers.
+    """
     answers, costs, baseline = [], [], None
-    for after in ASKED_AFTER_S if number < _ASKED_DETECTIONS else ():
-        now = detection.detected + after
-        if after >= NAMED_WITHIN_S or now > end:
+    first = next(second for second, all_then in enumerate(known) if len(all_then) >= detection.number)
+    for after in ASKED_AFTER_S if asked else ():
+        second = first + round(after)
+        if after >= NAMED_WITHIN_S or second >= len(known):
             break
-        began = clock.process_time()
-        answer, baseline = _ask(log, detection.interval, now, baseline)
+        began, then = clock.process_time(), known[second][detection.number - 1]
+        now = detection.detected + after
+        answer, baseline = _ask(log, then.interval, now, baseline)
         costs.append(clock.process_time() - began)
         answers.append(TwinAnswer(now + costs[-1], **answer))
     low, high = detection.interval
@@ -154,6 +174,12 @@ def _ask(
     found = {"verdict": tree["verdict"], "effects": tuple(tree["effects"]), "group": tuple(group),
              "suspected": tuple(tree["suspected"]), "site": tree["site"]}  # fmt: skip
     return found, answer.baseline
+
+
+def _resident_bytes() -> int:
+    """Memory that this process holds now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def watched_from_json(tree: dict[str, Any]) -> WatchedSlide:
