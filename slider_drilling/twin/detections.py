@@ -17,8 +17,7 @@ _MIN_EVENT_S = 15.0
 _SITES = {
     ("surface_torque", "mean"): "sensor", ("surface_torque", "gain"): "contact", ("surface_torque", "lag"): "top_drive",
     ("surface_torque", "spread"): "contact", ("hook_load", "spread"): "draw_works", ("hook_load", "mean"): "draw_works",
-    ("standpipe_pressure", "mean"): "hydraulics", ("standpipe_pressure", "gain"): "motor",
-    ("tool_face", "mean"): "string",
+    ("standpipe_pressure", "mean"): "hydraulics",
 }  # fmt: skip
 _VERBS = {
     "mean": ("rose", "fell"), "gain": ("moves more", "moves less"), "lag": ("is earlier", "is later"),

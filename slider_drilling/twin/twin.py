@@ -74,6 +74,7 @@ class Twin:
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
         self._detector: ChangeDetector | None = None
+        self._changed = False  # since the rig was learnt: the gap is no longer what is usual
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
         self._seconds = 0
@@ -156,6 +157,7 @@ class Twin:
     def recalibrate(self) -> None:
         """Forget what was learnt of the rig, and learn it again from now on."""
         self._learner = self._detector = None
+        self._changed = False
         self._history.clear()
 
     def ask_diagnosis(self) -> bool:
@@ -202,7 +204,7 @@ class Twin:
             names = [parameter.name for parameter in self._parameters]
             self._detector = ChangeDetector(Uncertainty(learner.covariance, parameter_wanders(names)))
         now = float(grid[-1])
-        judged = learner.learnt and activity.comparable and not self._log.detections
+        judged = learner.learnt and activity.comparable and not self._changed
         self._comparison.update(self._history, learner.values, now, judged)
         self._look_for_changes(activity, now)
         self._diagnoser.update(now)
@@ -248,6 +250,7 @@ class Twin:
         for channel, kind in testable[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
             alarm = detector.test(activity.mode, channel, kind)
             if alarm is not None and self._log.take(alarm):
+                self._changed = True
                 self._diagnoser.detected(self._log.detections[-1])
         since = self._log.settled_change(now)
         if since is not None:

@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
+from turning import turn
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
@@ -22,9 +23,10 @@ from slider_drilling.log.info import log_info
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import GAP_DIAGNOSIS, TWIN_TOPICS
+from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
-from slider_drilling.rig import parse_rig
+from slider_drilling.rig import dump_rig, parse_rig
 from slider_drilling.twin import Detection
 
 OK = 0
@@ -129,6 +131,18 @@ def test_twin_reports_on_the_rigs_clock(make_twin, heard):
     assert set(heard[-1]) == {"measurements", "state"} | sites
     assert all(heard[-1][site].message == "no change" for site in sites)
     assert heard[-1]["state"].message.startswith("learning")
+
+
+def test_replayed_log_is_followed(make, shared_data, tmp_path: Path):
+    path = shared_data / "logs" / "nominal_short.mcap"
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(dump_rig(read_log(path).rig()))
+    twin = make(TwinNode, rig=str(rig), use_sim_time=True, forecast=0.0)
+    player = make(LogPlayer, log=str(path), rate=10.0, delay=0.3)
+    turn([player, twin], lambda: twin.twin.report is not None and twin.twin.report.time > 15.0)
+    report = twin.twin.report
+    assert report.channels["surface_torque"].gap_10 < 0.5
+    assert report.channels["standpipe_pressure"].gap_10 < 0.5
 
 
 def test_clock_that_is_set_starts_the_twin_anew(make_twin, heard, capfd):
