@@ -18,7 +18,8 @@ from scipy.linalg import solve_triangular
 from slider_drilling.twin.samples import Array
 
 _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
-_PRIOR_FREEDOM = 20.0  # samples that the population's size of the wander counts as
+PRIOR_FREEDOM = 20.0
+"""Samples that the population's size of the wander counts as."""
 _LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
@@ -93,7 +94,7 @@ class Uncertainty:
 
 
 @dataclass(frozen=True)
-class Change:
+class FeatureChange:
     """The likeliest change of a feature.
 
     Attributes:
@@ -111,7 +112,7 @@ class Change:
     size: float
 
 
-def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Change | None:
+def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:
     """The change that explains a feature best; None if there are too few values.
 
     Args:
@@ -128,15 +129,15 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
     shaped = solve_triangular(factor, shapes, lower=True)
     norm = np.einsum("nk,nk->k", shaped, shaped)
     size = white @ shaped / np.maximum(norm, 1e-300)
-    total = _PRIOR_FREEDOM + float(white @ white)
+    total = PRIOR_FREEDOM + float(white @ white)
     left = np.maximum(total - size**2 * norm, 1e-9)
-    evidence = 0.5 * (_PRIOR_FREEDOM + series.time.size) * np.log(total / left)
+    evidence = 0.5 * (PRIOR_FREEDOM + series.time.size) * np.log(total / left)
     best = int(np.argmax(evidence))
     onsets = np.tile(begins, shapes.shape[1] // begins.size)
     low, since, high = _quantiles(onsets, evidence)
     shape = size[best] * shapes[:, best]
     kind = "ramp" if begins.size <= best < 2 * begins.size else "step"
-    return Change(
+    return FeatureChange(
         float(evidence[best]), since, (low - _RESOLUTION_S, high + _RESOLUTION_S), kind,
         float(shape[np.argmax(np.abs(shape))]),
     )  # fmt: skip

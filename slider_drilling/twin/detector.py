@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.twin.activity import Activity
-from slider_drilling.twin.change_statistic import Change, FeatureSeries, Uncertainty, likeliest_change
+from slider_drilling.twin.change_statistic import FeatureChange, FeatureSeries, Uncertainty, likeliest_change
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.wander import WANDERS
@@ -34,7 +34,7 @@ class Alarm:
     time: float
     channel: str
     kind: str
-    change: Change
+    change: FeatureChange
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class ChangeDetector:
     """
 
     def __init__(self, uncertain: Uncertainty) -> None:
-        self._uncertain = uncertain
+        self.uncertain = uncertain
         self._shown_since: dict[Key, float] = {}
         self._series: dict[Key, deque[_Value]] = {}
 
@@ -87,15 +87,18 @@ class ChangeDetector:
         """(channel, kind) of the features so far in work of a mode."""
         return [(channel, kind) for own, channel, kind in self._series if own == mode]
 
-    def change(self, mode: str, channel: str, kind: str) -> Change | None:
+    def change(self, mode: str, channel: str, kind: str) -> FeatureChange | None:
         """The likeliest change of one feature, whether or not it is significant."""
-        values = self._series[mode, channel, kind]
-        if not values:
+        if not self._series[mode, channel, kind]:
             return None
+        return likeliest_change(self.series(mode, channel, kind), self.uncertain, WANDERS[channel, kind])
+
+    def series(self, mode: str, channel: str, kind: str) -> FeatureSeries:
+        """What is kept of a feature, one value or more."""
+        values = self._series[mode, channel, kind]
         names = ("time", "value", "stretch", "begun", "window")
         time, value, stretch, begun, window = np.array([[getattr(each, name) for name in names] for each in values]).T
-        series = FeatureSeries(time, value, stretch, begun, window, np.stack([each.sensitivity for each in values]))
-        return likeliest_change(series, self._uncertain, WANDERS[channel, kind])
+        return FeatureSeries(time, value, stretch, begun, window, np.stack([each.sensitivity for each in values]))
 
     def test(self, mode: str, channel: str, kind: str) -> Alarm | None:
         """An alarm if the feature has shown a change for some time, beyond what happens by chance."""

@@ -56,6 +56,7 @@ class Twin:
     Attributes:
         report: The latest; None before the first second.
         remarks: What stands for channels that the rig does not send, one sentence each.
+        detector: Watches for changes; None until the rig is learnt.
     """
 
     def __init__(self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None) -> None:
@@ -73,7 +74,7 @@ class Twin:
         self._block: BlockFromPressure | None = None
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
-        self._detector: ChangeDetector | None = None
+        self.detector: ChangeDetector | None = None
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
@@ -156,7 +157,7 @@ class Twin:
 
     def recalibrate(self) -> None:
         """Forget what was learnt of the rig, and learn it again from now on."""
-        self._learner = self._detector = None
+        self._learner = self.detector = None
         self._changed = False
         self._history.clear()
 
@@ -202,7 +203,7 @@ class Twin:
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
             self._history.clear()
             names = [parameter.name for parameter in self._parameters]
-            self._detector = ChangeDetector(Uncertainty(learner.covariance, parameter_wanders(names)))
+            self.detector = ChangeDetector(Uncertainty(learner.covariance, parameter_wanders(names)))
         now = float(grid[-1])
         judged = learner.learnt and activity.comparable and not self._changed
         self._comparison.update(self._history, learner.values, now, judged)
@@ -241,7 +242,7 @@ class Twin:
 
     def _look_for_changes(self, activity: Activity, now: float) -> None:
         """Take the features of this second, test a part of them, and turn alarms into detections."""
-        learner, detector = self._learner, self._detector
+        learner, detector = self._learner, self.detector
         if learner is None or detector is None:
             return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):

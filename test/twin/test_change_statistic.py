@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slider_drilling.benchmarks.twin_wander import fit_wander
 from slider_drilling.twin.change_statistic import FeatureSeries, Uncertainty, Wander, likeliest_change
 from slider_drilling.twin.wander import WANDERS, parameter_wanders
 
@@ -111,3 +112,10 @@ def test_parameters_of_one_kind_wander_together():
     wanders = parameter_wanders(["friction_1", "friction_2", "motor_gain", "string_stiffness"])
     assert wanders.shape == (4, 2)
     assert wanders[0, 0] == wanders[1, 0] > 0.0 and not wanders[3].any()
+
+
+def test_wander_is_found_in_slides_without_a_change():
+    slides = [(_series(seed), _KNOWN) for seed in range(2)]
+    found = fit_wander(slides, replace(_WANDER, slow=0.6, short=0.03, jump=0.1))
+    assert found.slow == pytest.approx(_WANDER.slow, rel=0.4)
+    assert found.short == pytest.approx(_WANDER.short, rel=0.3)

@@ -1,10 +1,10 @@
-from slider_drilling.twin.change_statistic import Change
+from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm
 
 
 def _alarm(time, since, size=3.0, kind="step", channel="standpipe_pressure", evidence=20.0):
-    return Alarm(time, channel, "mean", Change(evidence, since, (since - 5.0, since + 5.0), kind, size))
+    return Alarm(time, channel, "mean", FeatureChange(evidence, since, (since - 5.0, since + 5.0), kind, size))
 
 
 def test_other_channels_soon_after_are_one_change():

@@ -1,0 +1,86 @@
+"""How the twin's features wander on rigs that do not change: fits the numbers of `slider_drilling.twin.wander`.
+
+    python -m slider_drilling.benchmarks.twin_wander LOG ...
+
+The twin runs over slides in which nothing begins, such as those of `slider-drilling watch --campaign 36 --seed 7003
+--begins none --no-diagnose`. Every feature's numbers are those of maximum likelihood, the slides being independent.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
+
+from slider_drilling.log import RigLog, read_log
+from slider_drilling.twin import Twin, TwinSettings
+from slider_drilling.twin.change_statistic import PRIOR_FREEDOM, FeatureSeries, Uncertainty, Wander, covariance
+from slider_drilling.twin.detector import ChangeDetector
+from slider_drilling.twin.feed import LogFeed
+from slider_drilling.twin.wander import WANDERS
+from slider_drilling.twin.watch import reports_of
+
+# Number -> lower and upper bound.
+_FITTED = {
+    "short": (0.01, 5.0), "brief": (4.0, 60.0), "slow": (0.005, 10.0), "memory": (30.0, 2000.0), "drift": (0.005, 5.0),
+    "jump": (0.005, 10.0), "fresh": (0.01, 100.0), "fade": (8.0, 200.0),
+}  # fmt: skip
+_SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
+_MIN_VALUES = 20
+
+Slide = tuple[FeatureSeries, Uncertainty]
+
+
+def deviance(slide: Slide, wander: Wander) -> float:
+    """``-2 log p`` of a feature of one slide, its size unknown as in the statistic, up to a constant."""
+    series, uncertain = slide
+    factor = np.linalg.cholesky(covariance(series, uncertain, wander))
+    white = solve_triangular(factor, series.value, lower=True)
+    freedom = PRIOR_FREEDOM + white.size
+    return float(2.0 * np.log(np.diag(factor)).sum() + freedom * np.log1p(white @ white / PRIOR_FREEDOM))
+
+
+def fit_wander(slides: Sequence[Slide], start: Wander) -> Wander:
+    """The likeliest numbers; threshold, smallest change and memory of a burst are those of the start."""
+    begin = np.log([max(getattr(start, name), low) for name, (low, _) in _FITTED.items()])
+
+    def at(logarithms: np.ndarray) -> Wander:
+        return replace(start, **dict(zip(_FITTED, np.exp(logarithms).tolist(), strict=True)))
+
+    def cost(logarithms: np.ndarray) -> float:
+        prior = float(np.sum(((logarithms - begin) / _SPREAD) ** 2))
+        return prior + sum(deviance(slide, at(logarithms)) for slide in slides)
+
+    bounds = [(np.log(low), np.log(high)) for low, high in _FITTED.values()]
+    found = minimize(cost, begin, method="L-BFGS-B", bounds=bounds, options={"maxiter": 20, "eps": 0.02})
+    return at(found.x)
+
+
+def watched(log: RigLog) -> ChangeDetector | None:
+    """The twin's detector after a log; None where the twin never learnt its rig."""
+    twin = Twin(log.rig(), TwinSettings(forecast=0.0))
+    for _ in reports_of(twin, LogFeed(log)):
+        pass
+    twin.close()
+    return twin.detector
+
+
+def main(paths: Sequence[str]) -> None:
+    """Print a row of the table for every feature."""
+    detectors = [found for path in paths if (found := watched(read_log(Path(path)))) is not None]
+    for (channel, kind), wander in WANDERS.items():
+        slides = [
+            (series, each.uncertain) for each in detectors if (channel, kind) in each.watched("rocking")
+            and (series := each.series("rocking", channel, kind)).time.size >= _MIN_VALUES
+        ]  # fmt: skip
+        fitted = fit_wander(slides, wander)
+        print(channel, kind, len(slides), *(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
