@@ -11,6 +11,7 @@ from short_well import short_rig
 from slider_drilling.commands.investigate import command
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
+from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan
 from slider_drilling.investigation import loop
 from slider_drilling.investigation.belief_page import belief_page, investigation_json
 from slider_drilling.investigation.loop import Investigation, InvestigationOptions, Round, investigate
@@ -19,6 +20,7 @@ from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
 from slider_drilling.programmes import Programme, Rest, Step, load_programme, open_loop_commands
 from slider_drilling.programmes.open_loop import SETTLING
+from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.units import SI
 
 ASKED = {"reason": "no known effect explains the gap"}
@@ -115,6 +117,23 @@ def test_rare_explanations_share_the_last_colour():
     bars = {bar.name: bar.y[0] for bar in chart.panels[0].marks}
     assert list(bars) == [*names[:7], "others"]
     assert bars["others"] == pytest.approx(0.06)
+
+
+def planned_run(seconds, loss, used):
+    times = SimpleNamespace(time=[0.0, seconds])
+    manoeuvre = SimpleNamespace(model=SimpleNamespace(runs=(times,)))
+    return PlannedRun(manoeuvre, SimpleNamespace(loss=loss), used)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "loss", "used", "taken"),
+    [(237.0, 1.5, 0.8, True), (300.0, 1.5, 0.8, False), (237.0, 1.5, 0.95, False), (237.0, 1.9, 0.8, False)],
+)
+def test_first_test_is_commissioning_where_it_fits(seconds, loss, used, taken):
+    fixed = planned_run(seconds, loss, used)
+    plan = TestPlan(None, SimpleNamespace(loss=2.0), planned_run(240.0, 1.0, 0.8), {"commissioning": fixed}, 10)
+    drilling = DrillingPlan(short_rig(), InvestigationOptions().plan, plan, None)
+    assert (loop.with_fixed_test(drilling).plan.planned is fixed) is taken
 
 
 def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):

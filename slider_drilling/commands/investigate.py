@@ -41,6 +41,9 @@ _POLL_S = 2.0
 @click.option("--minutes", default=4.0, show_default=True, help="Longest time of a test.")
 @click.option("--programmes", default=300, show_default=True, type=click.IntRange(2, 10000),
               help="Number of programmes that a plan compares.")  # fmt: skip
+@click.option("--plan-first", is_flag=True,
+              help="Plan the first test, too. By default it is the commissioning programme, where time and limits "
+                   "allow it.")  # fmt: skip
 @click.option("--wait", default=0.0, show_default=True, metavar="MINUTES",
               help="With a folder: wait so long for the next log.")  # fmt: skip
 @click.option("--sealed-effect", "sealed_effects", multiple=True, metavar="NAME",
@@ -64,7 +67,7 @@ _POLL_S = 2.0
 @units_option_with("field")
 @json_option
 def command(
-    rig_path: Path, where: str, rounds: int, minutes: float, programmes: int, wait: float,
+    rig_path: Path, where: str, rounds: int, minutes: float, programmes: int, plan_first: bool, wait: float,
     sealed_effects: tuple[str, ...], size: float, effects: tuple[str, ...], drive_rig: bool, namespace: str, seed: int,
     output: Path,
     units: Units, as_json: bool,
@@ -93,8 +96,9 @@ def command(
     driven = namespace if drive_rig else None
     record = _recorder(where, rig, rig_path, (sealed_effects, size, seed), effects, driven, wait)
     plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
+    options = InvestigationOptions(rounds, not plan_first, plan, seed)
     with progress_stages() as report:
-        found = investigate(folder, rig, record, InvestigationOptions(rounds, plan, seed), units, report)
+        found = investigate(folder, rig, record, options, units, report)
     page, tree = folder / "investigation.html", folder / "investigation.json"
 
     def write() -> tuple[Path, ...]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from slider_drilling.diagnosis.programme_numbers import ROUTINE, programme_of, p
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, read_text, write_atomically
+from slider_drilling.gap.experiment_design.plan import LIMIT_SHARE, PlannedRun
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import read_log
 from slider_drilling.pages import write_page
@@ -27,6 +28,7 @@ from slider_drilling.test_planning.plan_json import plan_json
 from slider_drilling.test_planning.plan_page import plan_page
 from slider_drilling.units import Units
 
+COMMISSIONING = "commissioning"
 ROUTINE_S = 120.0
 """Length of the routine programme that an investigation without a log begins with."""
 # A further test is worth its time if it leaves less than this share of what is open now, and something is open.
@@ -75,12 +77,15 @@ class InvestigationOptions:
     """How an investigation is run.
 
     Attributes:
-        rounds: Largest number of planned tests.
+        rounds: Largest number of tests.
+        fixed_first: Whether the first test is the commissioning programme, where it fits: on sealed rigs a planned one
+            has not shown more.
         plan: Of each test.
         seed: Of the diagnoses.
     """
 
     rounds: int = 3
+    fixed_first: bool = True
     plan: PlanTestOptions = PlanTestOptions(minutes=4.0)  # noqa: RUF009 it is frozen
     seed: int = 0
 
@@ -169,6 +174,20 @@ def _plan(
         progress(f"round {number}: comparing programmes", share)
 
     try:
-        return plan_after(answer, logs, rig, options.plan, report)
+        plan = plan_after(answer, logs, rig, options.plan, report)
     except InputError as error:
         raise InputError(f"round {number}: {error}") from None
+    return with_fixed_test(plan) if number == 1 and options.fixed_first else plan
+
+
+def with_fixed_test(plan: DrillingPlan) -> DrillingPlan:
+    """The plan with the commissioning programme as its test, where time and limits allow it and it is worth it."""
+    run = plan.plan.fixed[COMMISSIONING]
+    allowed = programme_time(run) <= 60.0 * plan.options.minutes and run.limit_use <= LIMIT_SHARE
+    fits = allowed and run.prospect.loss <= _WORTHWHILE * plan.plan.baseline.loss
+    return replace(plan, plan=replace(plan.plan, planned=run)) if fits else plan
+
+
+def programme_time(run: PlannedRun) -> float:
+    """Length of a run, s."""
+    return float(run.manoeuvre.model.runs[0].time[-1])
