@@ -1,6 +1,7 @@
 """Load check: made-up rocking cycles in which one channel lies."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -175,3 +176,30 @@ def test_pump_must_turn_as_commanded():
         for _ in range(round(10.0 * seconds)):
             drives.update_pump(speed, 12.3, 0.1)
         assert drives.pump_follows == follows
+
+
+def test_held_bit_is_not_believed_for_ever():
+    """Without a reference, torque beyond pressure is a held bit for some minutes, then perhaps a washout."""
+    unsteady = replace(STEADY, error=0.4)   # no reference while the toolface is off its target
+    slide = Slide()
+    assert slide.run(120.0, torque=24e3, conditions=unsteady) is None
+    assert slide.run(600.0, torque=24e3, conditions=unsteady) is LoadFault.WASHOUT
+    assert slide.time < 500.0
+
+
+@pytest.mark.parametrize(("torque", "stops"), [(15e3, True), (26e3, False)])
+def test_contacts_that_hold_widen_the_tolerance(torque, stops):
+    slides = [Slide(), Slide()]
+    for slide, held in zip(slides, (False, True), strict=True):
+        slide.run(300.0, conditions=replace(STEADY, held=held))
+        assert slide.check.evidence.known
+    free, holding = (slide.run(200.0, torque=torque) for slide in slides)
+    assert free is not None and (holding is None) is stops
+
+
+def test_drag_that_may_let_go_counts_as_weight():
+    slide = Slide()
+    slide.run(400.0)
+    shown = slide.check.weight_after_release(WEIGHT, WEIGHT + 50e3)
+    assert WEIGHT + 10e3 < shown < WEIGHT + 50e3
+    assert slide.check.weight_after_release(WEIGHT, math.nan) == pytest.approx(WEIGHT, rel=0.01)

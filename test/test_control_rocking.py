@@ -89,7 +89,7 @@ def test_drag_grows_and_swing_reduces_amplitude():
     def after(drag, swing, driving_twist=0.0, error=0.3, drag_sigma=0.0):
         adaptation = AmplitudeAdaptation()
         for k in range(1000):
-            adaptation.check_response(driving_twist, 60.0, 0.0, error, 0.1)
+            adaptation.check_response(driving_twist, 60.0, 0.0, error, False, 0.1)
             adaptation.update(drag, drag - drag_sigma, swing, 0.01, 0.1)
             assert 0.65 <= adaptation.factor <= 1.8, k
         return adaptation
@@ -160,3 +160,22 @@ def test_torque_limits_reverse_strokes_with_bump():
     assert ends[0] == pytest.approx(10.0, abs=0.11) and ends[1] == pytest.approx(-5.0, abs=0.11)
     assert ends[4] == pytest.approx(11.0, abs=0.21)
     assert all(a * b < 0.0 for a, b in itertools.pairwise(ends))
+
+
+def test_strokes_grow_until_a_stuck_bit_answers():
+    adaptation = AmplitudeAdaptation()
+    for _ in range(1500):
+        adaptation.check_response(3.0, 60.0, 0.0, 0.5, True, 0.1)
+    assert adaptation.tears_loose and adaptation.release > 1.4
+    tool_face = 0.0
+    for _ in range(600):
+        tool_face += 0.1 * 3.0 / 60.0
+        adaptation.check_response(3.0, 60.0, tool_face, 0.5, True, 0.1)
+    assert not adaptation.tears_loose, "a bit that answers needs no larger strokes"
+
+
+def test_small_errors_tear_nothing_loose():
+    adaptation = AmplitudeAdaptation()
+    for _ in range(1500):
+        adaptation.check_response(3.0, 60.0, 0.0, 0.2, True, 0.1)
+    assert adaptation.bit_stuck and adaptation.release == 1.0

@@ -78,6 +78,22 @@ def test_coulomb_string_at_rest_creeps_little(rig: Rig) -> None:
     assert torque[-1] > 0.9 * torque[200]
 
 
+def test_wall_holds_no_torque_of_a_drilling_bit(rig: Rig) -> None:
+    # A string that is lowered slides along the hole: no direction of friction is left that could hold torque at rest.
+    time = np.arange(0.0, 240.0, 0.1)
+    pump = np.full_like(time, rig.reference_pump_speed)
+    angle = 27.0 * np.sin(2.0 * np.pi * time / 8.0)
+    speed = 27.0 * 2.0 * np.pi / 8.0 * np.cos(2.0 * np.pi * time / 8.0)
+    commands = Commands(time, angle, speed, 0.0025 * time, np.full_like(time, 0.0025), pump)
+    structure = Structure(FrictionState.REGULARISED_COULOMB, isotropy=1.0)
+    plant = ForeignPlant(rig, 20, 0.1, InitialState(), Modifiers(), structure, UNCHANGED)
+    response = plant.advance(commands)
+    cycles = slice(-800, None)  # ten
+    torque = response.bit_torque[cycles].mean()
+    assert torque > 1e3, "the bit drills"
+    assert response.surface_torque[cycles].mean() == pytest.approx(torque, rel=0.15)
+
+
 def test_halved_step_changes_little(rig: Rig, commands: Commands) -> None:
     structure = Structure(FrictionState.ELASTO_PLASTIC, drive_lag=0.1)
     coarsest = ForeignPlant(rig, ELEMENTS, 0.1, InitialState(), Modifiers(), structure, UNCHANGED)

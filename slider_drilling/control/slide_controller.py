@@ -46,6 +46,7 @@ _LOST_TURN = math.radians(200.0)   # rad of error: another turn of the target is
 # The more pipe drags, the less of the driving twist turns the bit: mobility falls from this share of drag on, to its
 # minimum over this range.
 _HELD_DRAG, _HELD_RANGE, _MIN_MOBILITY = 0.25, 0.3, 0.1
+_HOLDING_DRAG = 0.15         # share of drag, below which contacts do not hold a loaded bit
 _HALF_LOADED = 0.5           # of the target pressure, above which drag and swing show the reach of rocking
 _RELEASED_SHARE = 0.25       # of the target pressure, below which the bit is off bottom
 _MIN_FLOW_SHARE = 0.3        # of the reference flow, below which the motor is not driven
@@ -159,6 +160,8 @@ class SlideController:
         """Advance the toolface; returns the average of the rocking cycle that has just ended, or None."""
         state, estimator = self._state, self._state.tool_face
         estimator.sliding_fast = self._block.return_to_bottom.fast
+        estimator.error = self.error
+        estimator.torn_loose = self._amplitude.adaptation.tears_loose
         estimator.bit_loaded = self._permission.lower and self._block.loaded(state.pressure.smooth)
         cycle = state.advance(reference.strokes)
         if cycle is not None:
@@ -243,12 +246,19 @@ class SlideController:
             return
         block.update_lock_up(pressure, step)
         adaptation = self._amplitude.adaptation
+        loaded = pressure > _HALF_LOADED * block.target_pressure
         adaptation.check_response(
-            estimator.driving_twist, string.response_time, estimator.tool_face, self.error, step)
-        if pressure > _HALF_LOADED * block.target_pressure:
+            estimator.driving_twist, string.response_time, estimator.tool_face, self.error,
+            self._may_tear_loose(loaded), step)
+        if loaded:
             drag = block.drag.share if math.isfinite(block.drag.share) else 0.0
             estimator.mobility = min(max(1.0 - (drag - _HELD_DRAG) / _HELD_RANGE, _MIN_MOBILITY), 1.0)
             adaptation.update(drag, block.drag.share_lower_bound, string.swing, string.swing_sigma, step)
+
+    def _may_tear_loose(self, loaded: bool) -> bool:
+        """Whether strokes may grow to tear a stuck bit loose: pipe drags that holds it, and the drag may let go."""
+        drag = self._block.drag
+        return not (drag.room(self._block.weight_limit) < 0.0 or (loaded and drag.share < _HOLDING_DRAG))
 
     def _rock(self, reference: RockingReference) -> None:
         """Advance the reference by one sample."""
@@ -320,7 +330,11 @@ class SlideController:
             self._block.auto_driller.track(self._state.pressure.smooth)
             return 0.0
         monitor = self._state.monitor
-        return self._block.speed(self._state.pressure, monitor.value["block_position"], self.error, monitor.step)
+        block, pressure = self._block, self._state.pressure
+        highest = self._load.check.weight_after_release(
+            block.auto_driller.weight_per_pressure * pressure.smooth, block.drag.smooth_deficit)
+        return block.speed(pressure, monitor.value["block_position"], self.error,
+                           self._amplitude.adaptation.tears_loose, highest, monitor.step)
 
     def status(self) -> tuple[Status, ...]:
         """Toolface and its error, the string, the zones, and every interlock with its reason."""

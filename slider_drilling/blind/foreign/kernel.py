@@ -17,6 +17,7 @@ from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 SCALARS = 13
 _COULOMB, _ELASTO_PLASTIC = int(FrictionState.REGULARISED_COULOMB), int(FrictionState.ELASTO_PLASTIC)
 _STILL = 0.1  # rad/s, below which a drive's own friction fades
+_BISECTIONS = 40
 _LOOP = 0.3  # lag of the inner speed loop over that of the outer one
 
 
@@ -70,21 +71,34 @@ def _contact(j, normal, dt, v_along, v_across, friction, table, e, c, zx, zt, re
 
 
 @njit(**JIT_OPTIONS)
-def _coulomb(j, dt, along, around, most, e, c, vx, vt):
+def _coulomb(j, dt, along, around, most, cut, e, c, vx, vt):
     """Regularised Coulomb friction ``most v / (|v| + creep)`` per slip speed at the end of the step, N s/m.
 
     Implicit, so that stiff rest is stable: with the slip that the other forces alone would give, |v'| solves
-    ``|v'| + dt most / m |v'| / (|v'| + creep) = |v_free|``, a quadratic.
+    ``|v'| + dt most / m |v'| / (|v'| + creep) = |v_free|``, a quadratic. Rock slows the bit by ``1 + cut`` along the
+    hole only, so there |v'| is found by bisection.
     """
-    free_along = vx[j] + dt * along / e.mass[j]
+    free_along = (vx[j] + dt * along / e.mass[j]) / (1.0 + cut)
     free_across = e.radius[j] * (vt[j] + dt * around / e.inertia[j])
+    per_along = dt * most / (e.mass[j] * (1.0 + cut))
+    per_across = dt * most * e.radius[j] * e.radius[j] / e.inertia[j]
     squared = free_along * free_along + free_across * free_across
-    per_mass, across = 1.0 / e.mass[j], e.radius[j] * e.radius[j] / e.inertia[j]
+    free, per_speed = math.sqrt(squared), per_along
     if squared > 1e-24:
-        per_mass = (free_along * free_along * per_mass + free_across * free_across * across) / squared
-    free = math.sqrt(squared)
-    half = 0.5 * (free - c.creep_speed - dt * most * per_mass)
-    return most / (half + math.sqrt(half * half + free * c.creep_speed) + c.creep_speed)
+        per_speed = (free_along * free_along * per_along + free_across * free_across * per_across) / squared
+    half = 0.5 * (free - c.creep_speed - per_speed)
+    speed = half + math.sqrt(half * half + free * c.creep_speed)
+    if cut > 0.0:
+        low, high = 0.0, free
+        for _ in range(_BISECTIONS):
+            speed = 0.5 * (low + high)
+            a = free_along / (1.0 + per_along / (speed + c.creep_speed))
+            b = free_across / (1.0 + per_across / (speed + c.creep_speed))
+            if a * a + b * b > speed * speed:
+                low = speed
+            else:
+                high = speed
+    return most / (speed + c.creep_speed)
 
 
 @njit(**JIT_OPTIONS)
@@ -150,20 +164,25 @@ def advance(rows, substeps, dt, e, table, c, x, vx, turn, vt, zx, zt, rest, s, p
                 grip = _contact(j, normal, dt, vx[j], radius * vt[j], friction, table, e, c, zx, zt, rest, time)
                 along = tension_below - tension_above + e.axial_load[j]
                 around = torque_above - torque_below
+                if j == n - 1:
+                    around -= s[BIT_TORQUE]
                 if c.tool_force > 0.0 and j == int(c.tool_element):
                     along += c.tool_force * math.sin(c.tool_frequency * time)
                 damp_x = dt * (c.axial_damping + e.viscous_drag[j] / e.mass[j])
                 damp_t = dt * (c.torsional_damping + e.viscous_drag[j] * radius * radius / e.inertia[j])
                 if c.friction_state == _COULOMB:
-                    per_speed = _coulomb(j, dt, along, around, grip, e, c, vx, vt)
-                    vx[j] = (vx[j] + dt * along / e.mass[j]) / (1.0 + damp_x + dt * per_speed / e.mass[j])
+                    # Friction has the direction of the slip that is left after rock and motor have acted as well.
+                    cut = _cut(dt, time, pump, e, c, x, vx, s) if j == n - 1 else 0.0
+                    per_speed = _coulomb(j, dt, along, around, grip, cut, e, c, vx, vt)
+                    slowed = 1.0 + damp_x + dt * per_speed / (e.mass[j] * (1.0 + cut))
+                    vx[j] = (vx[j] + dt * along / e.mass[j]) / slowed
                     damp_t += dt * per_speed * radius * radius / e.inertia[j]
                     vt[j] = (vt[j] + dt * around / e.inertia[j]) / (1.0 + damp_t)
                 else:
                     vx[j] = (vx[j] + dt * (along - grip * zx[j]) / e.mass[j]) / (1.0 + damp_x)
                     vt[j] = (vt[j] + dt * (around - radius * grip * zt[j]) / e.inertia[j]) / (1.0 + damp_t)
                 tension_above, torque_above = tension_below, torque_below
-            _drill(n, dt, time, pump, bite, e, c, x, vx, vt, s)
+            _drill(n, dt, time, pump, bite, e, c, x, vx, s)
             for j in range(n):
                 x[j] += 0.5 * dt * vx[j]
                 turn[j] += 0.5 * dt * vt[j]
@@ -183,12 +202,27 @@ def advance(rows, substeps, dt, e, table, c, x, vx, turn, vt, zx, zt, rest, s, p
 
 
 @njit(**JIT_OPTIONS)
-def _drill(n, dt, time, pump, bite, e, c, x, vx, vt, s):
+def _motor_speed(pump, c, s):
+    """rad/s, of the bit against its housing."""
+    share = s[MOTOR_PRESSURE] / c.stall_pressure
+    return 2.0 * math.pi * pump * c.pump_displacement / c.motor_displacement * (1.0 - c.leak * share * share)
+
+
+@njit(**JIT_OPTIONS)
+def _cut(dt, time, pump, e, c, x, vx, s):
+    """Factor by which the rock slows the bit within a step, less one: 0 off bottom and for a motor that stands."""
+    j, motor = len(x) - 1, _motor_speed(pump, c, s)
+    if motor <= 0.0 or s[STALLED] > 0.0 or vx[j] <= 0.0 or x[j] + dt * vx[j] < s[BOTTOM]:
+        return 0.0
+    factor = c.formation_factor if time >= c.formation_time else 1.0
+    return dt / e.mass[j] * c.cutting_stiffness * factor * 2.0 * math.pi / motor
+
+
+@njit(**JIT_OPTIONS)
+def _drill(n, dt, time, pump, bite, e, c, x, vx, s):
     """Bit, rock and motor (`model.md` section 4): weight from depth of cut, implicit in the bit's speed."""
     j = n - 1
-    share = s[MOTOR_PRESSURE] / c.stall_pressure
-    flow = pump * c.pump_displacement
-    motor = 2.0 * math.pi * flow / c.motor_displacement * (1.0 - c.leak * share * share)
+    motor = _motor_speed(pump, c, s)
     push = dt / e.mass[j]
     factor = c.formation_factor if time >= c.formation_time else 1.0
     s[WEIGHT] = 0.0
@@ -208,7 +242,6 @@ def _drill(n, dt, time, pump, bite, e, c, x, vx, vt, s):
         s[STALLED] = 1.0
     s[BIT_TORQUE] = most if s[STALLED] > 0.0 else (wanted if motor > 0.0 else 0.0)
     s[MOTOR_PRESSURE] = s[BIT_TORQUE] / c.torque_per_pressure
-    vt[j] -= dt * s[BIT_TORQUE] / e.inertia[j]
 
 
 @njit(**JIT_OPTIONS)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 WEIGHT_LIMIT_SHARE = 1.4   # of the target weight, weight limit where the settings give none
 _LOADED_SHARE = 0.8       # of the allowed pressure, above which the string slides steadily
+_SLOWING_SHARE = 0.05     # of the weight limit, by which drag that lets go may come near it before lowering slows down
 _TOUCHED_SHARE = 0.1      # of the target pressure, at which the bit is on bottom again
 _FULL_LOAD_ERROR, _NO_LOAD_ERROR = math.radians(8.0), math.radians(13.0)   # rad of toolface left of its target
 # Share of the target pressure: reduction at a torque limit, least share, recovery per s.
@@ -116,13 +117,18 @@ class BlockControl:
         self.auto_driller.restart()
         return 0.0
 
-    def speed(self, pressure: DifferentialPressure, position: float, error: float, step: float) -> float:
+    def speed(
+        self, pressure: DifferentialPressure, position: float, error: float, tears_loose: bool,
+        highest_weight: float, step: float,
+    ) -> float:  # fmt: skip
         """Block speed while lowering is permitted.
 
         Args:
             pressure: Across the motor.
             position: Of the block, m.
             error: Target minus toolface, rad; positive where the toolface is left of its target.
+            tears_loose: Whether large strokes tear the bit loose, and hanging weight with it.
+            highest_weight: Weight on bit if rocking let go of drag, N.
             step: Time since the last sample, s.
 
         Returns:
@@ -136,8 +142,10 @@ class BlockControl:
         self.return_to_bottom.touched()
         self.return_to_bottom.update_touching_position(position, pressure.quick, step)
         ramp = self.target_pressure / self._settings.pressure_ramp_time
-        self.load_share = load_share_for_tool_face(error)
+        self.load_share = -1.0 if tears_loose else load_share_for_tool_face(error)
         transmitted_share = self.drag.transmitted_share(self.weight_limit) * self.load_share
+        left = (self.weight_limit - highest_weight) / (_SLOWING_SHARE * self.weight_limit)
+        transmitted_share = min(transmitted_share, max(left, -1.0))
         return self.auto_driller.update(pressure.smooth, self.allowed_pressure, ramp, step, transmitted_share)
 
     def correct_slip(self, speed: float, position: float, step: float) -> float:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 from slider_drilling.control.estimation.circular_histogram import CircularHistogram
 from slider_drilling.control.estimation.cycle_average import CycleAverage
+from slider_drilling.control.estimation.follow_share import FollowShare
 from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
 from slider_drilling.control.interface import MwdSample
 
@@ -36,6 +37,9 @@ _INNOVATION_WEIGHT, _MAX_INNOVATION = 0.25, 16.0
 _RATE_VARIANCE, _RAMP_RATE_VARIANCE = 0.05, 1.0
 # While the string slides fast: random walk of the toolface, rad/sqrt(s), and error of the twist, rad.
 _SLIDING_WALK, _SLIDING_SIGMA = 0.4, 0.7
+# rad of error, from which on and down to which the toolface should follow the twist that corrects it.
+_WRONG, _CORRECTED = math.radians(15.0), math.radians(6.0)
+_LOOSE_WALK = 0.25   # rad/sqrt(s), of a bit that large strokes tear loose
 _INITIAL_TWIST_SIGMA = math.radians(6.0)   # rad
 _MIN_SAMPLE_DISTANCE = 0.05   # s between two samples
 _OFFSET_KNOWN = 0.5        # probability of one offset, above which it is acted on
@@ -89,7 +93,10 @@ class ToolFaceEstimator:
         filter: Extended Kalman filter of toolface and string.
         mobility: Factor on 1 / response time, set by the controller.
         bit_loaded: Whether the bit is loaded, set by the controller.
+        follow: How much of its expected turn the toolface makes.
         sliding_fast: Whether the string slides fast and so turns freely, set by the controller.
+        error: Target minus toolface, rad, set by the controller.
+        torn_loose: Whether strokes large enough to turn the bit tear it loose, set by the controller.
         known: Whether the toolface is known.
         driving_twist: S (M - T), rad.
         samples: Accepted MWD samples.
@@ -117,8 +124,12 @@ class ToolFaceEstimator:
         self.mobility = 1.0
         self.bit_loaded = False
         self.sliding_fast = False
+        self.torn_loose = False
+        self.error = 0.0
+        self._correcting = False
         self.known = False
         self.driving_twist = 0.0
+        self.follow = FollowShare()
         self.samples = 0
         self.rejections = 0
         self.last_sample: float | None = None
@@ -158,7 +169,14 @@ class ToolFaceEstimator:
         drift = math.sqrt(noise.drift**2 + (noise.twist_share * self.driving_twist) ** 2 / self.filter.response_time)
         if self._cycle is not None:
             mobility, walk = (0.0, _SLIDING_WALK) if self.sliding_fast else (self.mobility, self._walk())
-            self.filter.advance(step, self._cycle.torque, self._cycle.reactive_torque, mobility, walk, drift)
+            driving_twist = self.filter.driving_twist(self._cycle.torque, self._cycle.reactive_torque)
+            # A twist that does not correct an error says more of the sensors than of the contacts.
+            self._correcting = abs(self.error) > (_CORRECTED if self._correcting else _WRONG)
+            corrects = self._correcting and self.error * driving_twist > 0.0
+            turn = driving_twist * step / self.filter.estimate.response_time if corrects else 0.0
+            self.follow.drive(time, turn)
+            self.filter.advance(
+                step, self._cycle.torque, self._cycle.reactive_torque, mobility * self.follow.mobility, walk, drift)
         self._offset_variance += drift * drift * step
         x, b = self.filter.tool_face, self.filter.offset
         self._history.append(_Instant(time, x, x - b))
@@ -168,9 +186,10 @@ class ToolFaceEstimator:
     def _walk(self) -> float:
         """Random walk of the toolface, rad/sqrt(s): more where it turns fast, and where MWD contradicts the model."""
         rate = self.driving_twist / self.filter.response_time
-        variance = _RATE_VARIANCE if self.bit_loaded else _RAMP_RATE_VARIANCE
+        variance = _RATE_VARIANCE if self.bit_loaded or self.follow.mobility < 1.0 else _RAMP_RATE_VARIANCE
+        walk = _LOOSE_WALK if self.torn_loose else self._noise.walk
         return math.sqrt(
-            self._innovation * (self._noise.walk**2 + variance * rate * rate * self.filter.response_time))
+            self._innovation * (walk**2 + variance * rate * rate * self.filter.response_time))
 
     def update_with_cycle(self, time: float, cycle: CycleAverage, torque_share: float, reference: float) -> None:
         """Take the average of the rocking cycle that ended at `time`.
@@ -219,6 +238,7 @@ class ToolFaceEstimator:
     def reset_clock(self, time: float) -> None:
         """Go on from `time` (s) after the clock has jumped: estimates stay, the history goes."""
         self._waiting.clear()
+        self.follow.forget()
         if self._history:
             last = self._history[-1]
             self._history.clear()
@@ -256,6 +276,8 @@ class ToolFaceEstimator:
         if accepted:
             self.samples += 1
             self.last_sample = sample.measured_at
+            if self.known:
+                self.follow.observe(sample.measured_at, mean)
         return accepted
 
     def _correlated_samples(self, time: float) -> float:

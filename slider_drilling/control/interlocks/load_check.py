@@ -15,7 +15,10 @@ from slider_drilling.control.estimation.load_evidence import RATE_WINDOW, LoadCh
 
 _TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
 _SAFE_SIDE = 2.0            # times that, where torque stands for less than pressure: the weight is then too small
-_UNKNOWN_SCALE = 0.6        # share of the target torque besides, until the reference period has ended: a held bit
+# Share of the target torque besides, until the reference period has ended: a held bit. It falls to none in this time
+# (s), because a bit that is held for so long and pressure that is lost look the same.
+_UNKNOWN_SCALE, _UNKNOWN_TIME = 0.6, 400.0
+_HOLDING = 1.8              # times that, where contacts were seen to hold the bit: the wall carries torque
 _LEAD_SHARE = 0.5           # of the lead over the compliance: torque that the wall holds near the bit
 _CONFIRM_TIME = 20.0        # s of contradiction, less a quarter of those without, before it counts
 _FORGET_SHARE = 0.25
@@ -34,6 +37,7 @@ _MIN_DRAG_SHARE, _MAX_DRAG_SHARE, _HOOK_TOLERANCE = -0.2, 1.25, 12e3
 # weight, and s for which the first is remembered.
 _HOOK_JUMP_SHARE, _HIDDEN_SHARE, _HOOK_JUMP_MEMORY = 0.25, 0.3, 120.0
 _JUMP_SHARE = 0.4           # of the target weight, by which weight by hook load may exceed the other two
+_LET_GO_SHARE = 0.42        # of the drag, that rocking may let go at once: it turns into weight on the bit
 _RELEASE_SHARE = 0.92       # of the weight limit, below which lowering goes on
 # A sudden change of pressure that the hook load does not show: time constants of the averages that are compared, and
 # shares of the target weight. Drag that lets go turns into weight on the bit, so a rise may be larger by most of it.
@@ -78,6 +82,7 @@ class LoadConditions:
         lead_torque: Lead of the centre over the compliance of the string, N m, positive right.
         turning_torque: Torque that turns the toolface at its present rate, N m, positive right.
         full_drag: Drag of a string that does not rotate, N.
+        held: Whether contacts hold the bit against the twist that should turn it.
     """
 
     loaded: bool
@@ -86,6 +91,7 @@ class LoadConditions:
     lead_torque: float
     turning_torque: float
     full_drag: float
+    held: bool = False
 
 
 class LoadCheck:
@@ -118,12 +124,26 @@ class LoadCheck:
         self.tolerance = self.tolerance_below = math.inf
         self._by_torque = math.nan
         self._beyond_for = self._hook_beyond_for = 0.0
+        self._compared_for = 0.0   # s, without a reference
+        self._holding = False   # contacts hold the bit; learnt before the reference only: a washout looks the same
         self._hold_left = 0.0
         self._averages: tuple[float, float, float, float] | None = None   # N: pressure, hook load; quick, slow
         self._sudden_from = (math.nan, math.nan)   # N, of pressure and hook load before a sudden change
         self._hook_jump_left = 0.0   # s for which a jump of the hook load is remembered
         # s for which rate, or rate and hook load, still show that lowering was slowed or stopped.
         self._rate_hidden = self._stopped_left = 0.0
+
+    def weight_after_release(self, pressure_weight: float, hook_deficit: float) -> float:
+        """Weight on bit (N) if rocking let go of drag, from the channel that shows the most.
+
+        Args:
+            pressure_weight: Weight on bit by pressure, N.
+            hook_deficit: What has left the hook since the string hung off bottom, N; NaN where unknown.
+        """
+        shown = (pressure_weight, self.weight, self._by_torque)
+        weight = max(value for value in shown if math.isfinite(value))
+        drag = max(hook_deficit - weight, 0.0) if math.isfinite(hook_deficit) else 0.0
+        return weight + _LET_GO_SHARE * drag
 
     @property
     def holds(self) -> bool:
@@ -200,7 +220,11 @@ class LoadCheck:
         evidence = self.evidence
         winding = _winding_torque(conditions)
         most = _MAX_DOUBT_SHARE * self.target_torque
-        sure = _TORQUE_SIGMAS + (0.0 if evidence.known else _UNKNOWN_SCALE * self.target_torque)
+        self._holding |= conditions.held and conditions.loaded and not evidence.known
+        sure = (_HOLDING if self._holding else 1.0) * _TORQUE_SIGMAS
+        if not evidence.known:
+            self._compared_for += sample.duration if conditions.checked else 0.0
+            sure += max(1.0 - self._compared_for / _UNKNOWN_TIME, 0.0) * _UNKNOWN_SCALE * self.target_torque
         # Torque that winds the string to the right stands for more than pressure, to the left for less.
         self.tolerance = sure + min(max(winding, 0.0), most)
         self.tolerance_below = _SAFE_SIDE * sure + min(max(-winding, 0.0), most)

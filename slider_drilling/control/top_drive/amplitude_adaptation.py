@@ -27,6 +27,11 @@ _MIN_EXPECTED_TURN = math.radians(18.0)   # rad within the window
 _STUCK_SHARE = 0.35                # of the expected turn, below which the bit is stuck
 _MIN_ERROR = math.radians(6.0)     # rad: only a lead that corrects an error counts
 _BOOST_TIME = 20.0                 # s, time constant of `gain_boost`
+# A stuck bit is torn loose by strokes that grow until it answers: growth per s, largest factor, and time constant (s)
+# with which they shrink again.
+_RELEASE_GROWTH, _MAX_RELEASE, _RELEASE_DECAY = 0.006, 1.6, 15.0
+_LOOSE = 1.1   # above which it may come loose at any stroke
+_RELEASE_ERROR = math.radians(15.0)   # rad of error, from which on it is worth that
 
 
 class AmplitudeAdaptation:
@@ -36,19 +41,22 @@ class AmplitudeAdaptation:
         factor: Amplitude over that of the breakover test.
         bit_stuck: Whether the bit does not turn although the string drives it.
         gain_boost: 0 to 1, grows while the bit is stuck.
+        release: Temporary factor on the amplitude that tears a stuck bit loose, at least 1.
     """
 
     def __init__(self) -> None:
         self.factor = 1.0
         self.bit_stuck = False
         self.gain_boost = 0.0
+        self.release = 1.0
         self._expected_rate = 0.0   # rad/s of the toolface, from the driving twist
         self._actual_rate = 0.0     # rad/s, as estimated
         self._tool_face = math.nan  # rad
 
     def check_response(
-        self, driving_twist: float, response_time: float, tool_face: float, error: float, step: float
-    ) -> None:
+        self, driving_twist: float, response_time: float, tool_face: float, error: float, may_tear_loose: bool,
+        step: float,
+    ) -> None:  # fmt: skip
         """Compare how the toolface turns with how it should.
 
         A driving twist that does not correct an error is ignored: it says more of the sensors than of the string.
@@ -58,6 +66,7 @@ class AmplitudeAdaptation:
             response_time: Time constant with which the toolface should follow it, s.
             tool_face: Estimate, rad.
             error: Target minus toolface, rad.
+            may_tear_loose: Whether strokes may grow until a stuck bit answers.
             step: Time since the last sample, s.
         """
         moved = tool_face - self._tool_face if math.isfinite(self._tool_face) else 0.0
@@ -71,7 +80,17 @@ class AmplitudeAdaptation:
         corrects = error * self._expected_rate > 0.0 and abs(error) > _MIN_ERROR
         expected = abs(self._expected_rate)
         self.bit_stuck = corrects and expected * _WINDOW > _MIN_EXPECTED_TURN and along < _STUCK_SHARE * expected
+        if self.bit_stuck and abs(error) > _RELEASE_ERROR:
+            if may_tear_loose:
+                self.release = min(self.release * (1.0 + _RELEASE_GROWTH * step), _MAX_RELEASE)
+        else:
+            self.release = 1.0 + math.exp(-step / _RELEASE_DECAY) * (self.release - 1.0)
         self.gain_boost += (1.0 - math.exp(-step / _BOOST_TIME)) * (float(self.bit_stuck) - self.gain_boost)
+
+    @property
+    def tears_loose(self) -> bool:
+        """Whether strokes are being made larger to tear the bit loose."""
+        return self.release > _LOOSE
 
     def update(self, drag: float, drag_lower_bound: float, swing: float, swing_sigma: float, step: float) -> None:
         """Adapt the amplitude to one sample of drag and swing.

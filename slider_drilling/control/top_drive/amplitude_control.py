@@ -96,7 +96,7 @@ class AmplitudeControl:
     def amplitude_for(self, share: float) -> float:
         """Amplitude (rad) for a share of the one that frees the whole string, by the friction known so far."""
         scale = 1.0 if self.testing else self.test.friction_scale
-        return share * self.adaptation.factor * self.model.full_amplitude(scale)
+        return share * self.adaptation.factor * self.adaptation.release * self.model.full_amplitude(scale)
 
     def update(self, error: float, return_to_bottom: ReturnToBottom, step: float) -> None:
         """Choose the amplitude for one sample.
