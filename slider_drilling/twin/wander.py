@@ -1,8 +1,9 @@
 """How features wander on rigs that do not change, learnt from slides of plants of foreign structure.
 
-The numbers are in noise levels of the channel. `slider_drilling.benchmarks.twin_wander` fitted them by maximum
-likelihood to slides with operations of 36 foreign rigs, as long as nothing had begun. Each threshold lies above the
-evidence of all but the rarest of them: in 16.5 h without a change, tested every 20 s, one false alarm is left.
+The numbers are in noise levels of the channel: those of maximum likelihood, rounded, over slides with operations of 36
+foreign rigs, as long as nothing had begun (`slider_drilling.benchmarks.twin_wander` fits them to any slides). Each
+threshold lies above the evidence of all but the rarest of them: in 16.5 h without a change, tested every 20 s, one
+false alarm is left.
 """
 
 from __future__ import annotations
