@@ -11,7 +11,6 @@ from slider_drilling.diagnosis.build_model import build_model, model_without_log
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
-from slider_drilling.diagnosis.nuisance import COMPLIANCE, contact_compliance
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.user_effects import UserEffect
@@ -33,9 +32,7 @@ _TWISTED = 0.1
 # rad: a second start of the calibration where the twist of the string at the start is unknown.
 _OTHER_TWIST = -4.0
 _TEST_S = 240.0  # of a test that is asked for where no log tells anything
-_COMPLIANCE_CALIBRATED = (
-    f"{COMPLIANCE} is calibrated too: how far the contact gives before it slides explains what no known effect does"
-)
+_CALIBRATED_TOO = "{} is calibrated too: {} explains what no known effect does"
 _MISSING_CHANNELS = {
     "hook_load": "hook load (effort of draw_works/joint_states) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and formation changes",
@@ -97,9 +94,9 @@ def diagnose(
         candidates = with_earlier_starts(candidates, after)
         starts = [calibration_start(after, diagnosis.logs), *starts[1:]]
     answer = explain(model, seed=seed, starts=starts, effects=candidates, progress=progress)
-    if COMPLIANCE in answer.parameters:
-        remarks = (*remarks, _COMPLIANCE_CALIBRATED)
-        whole = whole.with_nuisance(contact_compliance().parameters)
+    found = [each for each in model.conditional_nuisance if each.name in answer.parameters]
+    whole = whole.with_nuisance([parameter for each in found for parameter in each.parameters])
+    remarks = (*remarks, *(_CALIBRATED_TOO.format(each.name, each.law) for each in found))
     channels = {channel.name for run in model.runs for channel in run.channels}
     diagnosis = replace(
         diagnosis,

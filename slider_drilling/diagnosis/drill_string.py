@@ -22,7 +22,7 @@ from slider_drilling.diagnosis.free_forms import (
     friction_factor,
     turning_difference,
 )
-from slider_drilling.diagnosis.nuisance import contact_compliance, reading_parameters
+from slider_drilling.diagnosis.nuisance import conditional_nuisance, reading_parameters
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
@@ -113,7 +113,8 @@ class DrillString:
     @property
     def conditional_nuisance(self) -> tuple[Effect, ...]:
         """See `HasConditionalNuisance`."""
-        return (contact_compliance(),)
+        freed = {parameter.name for parameter in self.nuisance}
+        return tuple(each for each in conditional_nuisance() if each.name not in freed)
 
     def with_nuisance(self, parameters: Sequence[Parameter]) -> DrillString:
         """See `HasConditionalNuisance`."""

@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.nuisance import COMPLIANCE
+from slider_drilling.diagnosis.nuisance import ANISOTROPY, COMPLIANCE
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
-from slider_drilling.rig import Contact
+from slider_drilling.rig import Asperity, Contact
 
 _KNOTS = 8
 _QUARTERS = 4  # of a turn: knots of friction over the pipe's angle
@@ -98,16 +98,25 @@ def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
 
 
 def contact_with(contact: Contact, values: Values) -> Contact:
-    """The contact with its asperities turned, and with another compliance before it slides."""
-    if not {_ACROSS, _GIVE, COMPLIANCE} & set(values):
+    """The contact with its asperities turned or rounder, and with another compliance before it slides."""
+    if not {_ACROSS, _GIVE, COMPLIANCE, ANISOTROPY} & set(values):
         return contact
     angle, before = contact.asperity.orientation, _share_across(contact)
     after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
     turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
     away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
-    asperity = replace(contact.asperity, orientation=angle + away * turned)
+    asperity = _with_anisotropy(replace(contact.asperity, orientation=angle + away * turned), values)
     compliance = values.get(COMPLIANCE, 1.0) * (1.0 + values.get(_GIVE, 0.0))
     return replace(contact, asperity=asperity, stiffness=contact.stiffness / compliance)
+
+
+def _with_anisotropy(asperity: Asperity, values: Values) -> Asperity:
+    """The asperity with another ratio of its axes; their product stays."""
+    if ANISOTROPY not in values:
+        return asperity
+    mean = math.sqrt(asperity.minor_axis * asperity.major_axis)
+    flatness = (asperity.major_axis / mean) ** values[ANISOTROPY]
+    return replace(asperity, minor_axis=mean / flatness, major_axis=mean * flatness)
 
 
 def _share_across(contact: Contact) -> float:
@@ -155,8 +164,10 @@ def _form(
 
 
 def disturbance_key(values: Values) -> tuple[tuple[str, float], ...]:
-    """The coefficients among the values: sets with the same key share their commands and factors."""
-    return tuple(sorted((name, value) for name, value in values.items() if name.startswith(_PREFIX)))
+    """Values in which the sets of a batch may not differ: they change commands, factors, or the friction curve."""
+    return tuple(
+        sorted((name, value) for name, value in values.items() if name.startswith(_PREFIX) or name == ANISOTROPY)
+    )
 
 
 def friction_factor(commands: Commands, values: Values) -> Array | None:

@@ -14,7 +14,9 @@ from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.rig import Rig
 
 COMPLIANCE = "contact_compliance"
-"""Name of the multiple by which the contact gives before it slides."""
+"""How far the contact gives before it slides, over the rig file's."""
+ANISOTROPY = "friction_anisotropy"
+"""Exponent of the ratio of the asperity's axes: 0 where friction is the same in all directions."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
 
 
@@ -46,15 +48,23 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
 
 
-def contact_compliance() -> Effect:
-    """How far the contact gives before it slides, over the rig file's: no paper tells it of a hole.
+def conditional_nuisance() -> tuple[Effect, ...]:
+    """What no paper tells of a hole's contact: how far it gives before it slides, and how much its direction counts.
 
     Pre-sliding lengths range over more than a decade, from the almost rigid contact of Coulomb's law up (Astrom and
-    Canudas de Wit, IEEE Control Systems Magazine 28, 2008). It is calibrated where no known effect explains a log as
-    well: beside viscous drag or aging most logs cannot identify it.
+    Canudas de Wit, IEEE Control Systems Magazine 28, 2008). Friction of the paper's asperity is a third smaller in
+    one direction than in the other; torque-and-drag models have one coefficient for both (Johancsik, Friesen and
+    Dawson, Journal of Petroleum Technology 36, 1984). Each is calibrated where it explains more than every known
+    effect: beside viscous drag or aging most logs cannot identify it.
     """
-    parameter = Parameter(COMPLIANCE, 1.0, 0.05, 10.0, 0.2, spread=0.7)
-    return Effect(COMPLIANCE, "contact", (parameter,), scan=((0.1,), (0.4,), (2.5,)))
+    compliance = Parameter(COMPLIANCE, 1.0, 0.05, 10.0, 0.2, spread=0.7)
+    anisotropy = Parameter(ANISOTROPY, 1.0, 0.0, 2.0, 0.1, spread=0.5)
+    return (
+        Effect(COMPLIANCE, "contact", (compliance,), scan=((0.1,), (0.4,), (2.5,)),
+               law="how far the contact gives before it slides"),
+        Effect(ANISOTROPY, "contact", (anisotropy,), scan=((0.1,), (0.5,), (1.5,)),
+               law="how much friction along and across the pipe differ"),
+    )  # fmt: skip
 
 
 def reading_parameters() -> tuple[Parameter, ...]:

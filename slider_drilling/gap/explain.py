@@ -207,9 +207,10 @@ def explain(
     try:
         while not state.done:
             state = add_effect(state, candidates, coupled, conditional, seed, progress)
-            if state.missing_nuisance is not None:
-                state = _calibrated_with(state.missing_nuisance, conditional, candidates, floors, seed, progress)
-                conditional = ()
+            found = state.missing_nuisance
+            if found is not None:
+                state = _calibrated_with(found, conditional, candidates, floors, seed, progress)
+                conditional = tuple(effect for effect in conditional if effect not in found.effects)
     except KeyboardInterrupt:
         state = replace(state, interrupted=True)
     return _conclude(state, candidates, seed, started)
