@@ -22,6 +22,8 @@ from slider_drilling.units import Text
 _UNITS = {"surface_torque": "N m", "standpipe_pressure": "Pa", "hook_load": "N"}
 # Share of what a channel moves by which the plant as such may be wrong.
 MODEL_ERRORS = {"surface_torque": 0.02, "hook_load": 0.02, "standpipe_pressure": 0.02}
+# rad, 15 deg: RMS error of a simulated toolface that nobody would act upon, as directional drillers steer within it.
+TOOL_FACE_TOLERANCE = math.radians(15.0)
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def channel_of(rig: Rig, name: str, time: Array, values: Array) -> Channel:
         noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
         return Channel(
             name, time, values, "rad", period=2.0 * math.pi, declared_noise=noise, accumulates=True,
-            model_error=MODEL_ERRORS.get(name, 0.0),
+            tolerance=TOOL_FACE_TOLERANCE,
         )  # fmt: skip
     sensor: Sensor = getattr(rig.sensors, name)
     return Channel(

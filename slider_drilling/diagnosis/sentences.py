@@ -7,6 +7,7 @@ import math
 from slider_drilling.diagnosis.change_sentences import change_summary, change_technical_summary
 from slider_drilling.diagnosis.describe_curve import describe_curve
 from slider_drilling.diagnosis.effect_phrases import SITES, effect_phrase
+from slider_drilling.diagnosis.replay import TOOL_FACE_TOLERANCE
 from slider_drilling.diagnosis.result import (
     ChannelErrors,
     Diagnosis,
@@ -23,6 +24,7 @@ _WHOLE = 0.995  # of the gap: by chance a model may leave less than the noise, a
 _MAX_PARAMETERS = 3  # named in a sentence
 _MIN_CHANGE = 0.05  # of a multiple of the rig file's value that is worth naming
 _MAX_SPREAD = 3.0  # ratio of an interval's ends up to which a value counts as known
+_NOISE_ALONE = 1.5  # times the noise: an error that noise alone may leave in a few toolfaces
 _LOCATED = ("cuttings_bed",)  # named with its place, however uncertain
 _PLAIN_NAMES = {"tool_face": "toolface"}
 
@@ -41,10 +43,10 @@ def summary(diagnosis: Diagnosis) -> Sentence:
     if diagnosis.verdict == "inconclusive" or gap is None:
         return sentence("This log allows no conclusion about the simulation: ", *_why_inconclusive(diagnosis), ".")
     if diagnosis.verdict == "none":
-        return sentence("The simulation with this rig file matches the log within the sensors' noise.")
+        return sentence("The simulation with this rig file ", _matches(gap, "nominal"), ".")
     if diagnosis.verdict == "parameters":
-        calibrated = f"The simulation only needs calibration{_calibrated(diagnosis)}. {_residual_gap(gap)}"
-        return sentence(calibrated, _masked(diagnosis))
+        calibrated = f"The simulation only needs calibration{_calibrated(diagnosis)}. "
+        return sentence(calibrated, _residual_gap(gap), _masked(diagnosis))
     if diagnosis.verdict == "unknown":
         return _unknown(diagnosis, gap)
     return _effects(diagnosis, gap)
@@ -255,15 +257,27 @@ def _masked(diagnosis: Diagnosis) -> Text:
     )  # fmt: skip
 
 
-def _residual_gap(gap: Gap) -> str:
+def _residual_gap(gap: Gap) -> Text:
     if gap.tuned is None or gap.threshold is None:
         return ""
     if gap.tuned <= gap.threshold:
-        return "Calibrated, it matches the log within the sensors' noise."
+        return sentence("Calibrated, it ", _matches(gap, "tuned"), ".")
     return (
         f"Calibrated, it leaves {format_number(gap.tuned)} times the noise, slightly more than noise alone can "
         f"({format_number(gap.threshold)}), and no known effect explains the rest."
     )
+
+
+def _matches(gap: Gap, stage: str) -> Text:
+    """That no gap is left at a stage; and how far the toolface is off, where that is more than noise."""
+    matches = "matches the log within the sensors' noise"
+    errors, noise = gap.rms.get("tool_face"), gap.noise_floor.get("tool_face")
+    off = None if errors is None else getattr(errors, stage)
+    if errors is None or noise is None or off is None or off <= _NOISE_ALONE * noise.value:
+        return matches
+    usual = displayed(TOOL_FACE_TOLERANCE, errors.unit, 2)
+    off_by = displayed(off, errors.unit, 2)
+    return sentence(f"{matches}; the toolface is off by ", off_by, ", within the ", usual, " that drillers steer by")
 
 
 def _most_improved(gap: Gap) -> tuple[str, ChannelErrors] | None:

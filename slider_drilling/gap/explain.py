@@ -24,7 +24,7 @@ from slider_drilling.gap.selection.forward_selection import add_effect
 from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState
-from slider_drilling.gap.selection.verdict import reach_verdict
+from slider_drilling.gap.selection.verdict import reach_verdict, without_effects
 
 
 @dataclass(frozen=True)
@@ -248,6 +248,14 @@ def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list
 def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, started: float) -> GapDiagnosis:
     """The diagnosis that a state supports; ``started``: time by the performance counter."""
     decision = reach_verdict(state)
+    free_runs = best_free_runs(decision.state)
+    withdrawn = []
+    if decision.effects and not free_runs.effects_close_enough:
+        # What explains the log only while it is fed back is no cause that a simulator can have.
+        names = " and ".join(decision.effects)
+        withdrawn = [f"{names} would explain the log only while it is fed back: a free run is hardly better with it"]
+        decision = reach_verdict(without_effects(decision.state))
+        free_runs = free_runs.without_effects
     state = decision.state
     closed, interval = float("nan"), (float("nan"), float("nan"))
     if decision.effects:
@@ -258,7 +266,6 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         manoeuvre = recommend_manoeuvre(state, still_open, candidates, seed)
     except ValueError as error:
         manoeuvre, not_planned = None, [f"{still_open}, but no test can be planned: {error}"]
-    free_runs = best_free_runs(state)
     return GapDiagnosis(
         verdict=decision.verdict,
         site=decision.site,
@@ -269,7 +276,7 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         alternative=decision.alternative,
         remainder=decision.remainder,
         next_manoeuvre=manoeuvre,
-        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs), *not_planned),
+        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs), *withdrawn, *not_planned),
         runtime=time.perf_counter() - started,
         state=state,
         free_runs=free_runs,

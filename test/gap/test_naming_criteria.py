@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from toy import EFFECTS, TIME, toy
+from toy import EFFECTS, TIME, fit_toy, toy
 
 from slider_drilling.gap import criteria_table
 from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
@@ -328,3 +328,14 @@ def test_size_and_evidence_are_different_kinds():
     assert criterion("material").kind is Kind.SIZE
     assert criterion("likelihood ratio").kind is Kind.EVIDENCE
     assert criterion("sign and size physical").kind is Kind.MEANING
+
+
+def test_second_effect_of_uncertain_size_is_not_named():
+    problem, both = fit_toy(toy({"saw": 4.0, "sine": 0.1}, 3), ["saw", "sine"])
+    evidence = SimpleNamespace(
+        fitted=SimpleNamespace(problem=problem, fit=both),
+        new_effects=[effect for effect in EFFECTS if effect.name == "sine"],
+    )
+    assert not evidence_tests.differs_from_none(evidence)
+    evidence.new_effects = [effect for effect in EFFECTS if effect.name == "saw"]
+    assert evidence_tests.differs_from_none(evidence)

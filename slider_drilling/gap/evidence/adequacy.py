@@ -88,8 +88,8 @@ def adequacy_of_fit(
     residuals = replicate_residuals(problem, found, generator)
     replicate_squares = [squared_residuals(problem, residual) for residual in residuals]
     negligible_gap = float(np.sqrt(1.0 + NEGLIGIBLE))
-    thresholds = _channel_thresholds(problem, replicate_squares, negligible_gap)
-    structured = _structured_channels(problem, found, residuals, score, negligible_gap)
+    thresholds = _channel_thresholds(problem, replicate_squares)
+    structured = _structured_channels(problem, found, residuals, score)
     above = tuple(name for name, value in score.by_channel.items() if value > thresholds[name])
     whole = np.array([np.mean(squares) for squares in replicate_squares])
     threshold = max(_upper_bound(whole, LEVEL), negligible_gap)
@@ -99,31 +99,37 @@ def adequacy_of_fit(
     return Adequacy(threshold, thresholds, above, structured, within, negligible, visible)
 
 
-def _channel_thresholds(problem: Problem, replicate_squares: list[Array], least: float) -> dict[str, float]:
-    """By channel, E that a further replicate exceeds at the level shared among the channels; no less than ``least``."""
+def negligible_gaps(problem: Problem) -> dict[str, float]:
+    """By channel, E that nobody would act upon: of the noise and beyond, and of the channel's own tolerance."""
+    tolerated = {piece.name: piece.channel.tolerance / piece.noise for piece in problem.pieces}
+    return {name: float(np.sqrt(1.0 + NEGLIGIBLE + share**2)) for name, share in tolerated.items()}
+
+
+def _channel_thresholds(problem: Problem, replicate_squares: list[Array]) -> dict[str, float]:
+    """By channel, E that a further replicate exceeds at the level shared among the channels, or a negligible E."""
+    least = negligible_gaps(problem)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     thresholds = {}
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in replicate_squares])
-        thresholds[name] = max(_upper_bound(draws, LEVEL / len(names)), least)
+        thresholds[name] = max(_upper_bound(draws, LEVEL / len(names)), least[name])
     return thresholds
 
 
 def _structured_channels(
-    problem: Problem, found: Fit, residuals: list[Array], score: HeldOutScore, negligible_gap: float
+    problem: Problem, found: Fit, residuals: list[Array], score: HeldOutScore
 ) -> tuple[str, ...]:
     """Channels in which a discrepancy gains more than in replicates, and whose gap is not negligible."""
-    draws = [problem.structure(residual) for residual in residuals]
+    draws, negligible = [problem.structure(residual) for residual in residuals], negligible_gaps(problem)
     limits = {}
     for index in draws[0]:
         values = np.array([draw[index] for draw in draws]) + _TWO_PARAMETER_GAIN
         limits[index] = _upper_bound(values, LEVEL / len(draws[0])) ** 2 - _TWO_PARAMETER_GAIN
     structured = {
-        problem.pieces[index].name for index, gain in problem.structure(found.residual).items()
-        if gain > limits[index] and score.by_channel[problem.pieces[index].name] > negligible_gap
+        problem.pieces[index].name for index, gain in problem.structure(found.residual).items() if gain > limits[index]
     }  # fmt: skip
-    return tuple(sorted(structured))
+    return tuple(sorted(name for name in structured if score.by_channel[name] > negligible[name]))
 
 
 def _effect_is_visible(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
+from slider_drilling.gap.evidence.compare import share_closed
 from slider_drilling.gap.evidence.score import squared_residuals
 from slider_drilling.gap.model import Array, CanTruncate, Effect, Parameter, SimulationOptions, Values
 from slider_drilling.gap.problem.noise import sigmas
@@ -23,6 +24,7 @@ from slider_drilling.gap.results.prediction_horizon import prediction_horizon
 from slider_drilling.gap.search.fine_fit import fit_fidelity
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.multi_start import plausible_range
+from slider_drilling.gap.selection.evidence_tests import MIN_GAP_CLOSED
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
@@ -59,6 +61,17 @@ class FreeRunModels:
     def best(self) -> FittedModel:
         """The one with the best free run: what a simulator should use."""
         return self.final if self.gaps[2] <= self.gaps[1] else self.calibrated
+
+    @property
+    def effects_close_enough(self) -> bool:
+        """Whether the effects close some of the gap of a free run too, where the models were refitted in free runs."""
+        return not self.refitted or not share_closed(self.gaps[1] ** 2, self.gaps[2] ** 2) < MIN_GAP_CLOSED
+
+    @property
+    def without_effects(self) -> FreeRunModels:
+        """The calibrated model alone."""
+        given, calibrated, _ = self.gaps
+        return FreeRunModels(self.calibrated, self.calibrated, (given, calibrated, calibrated), self.refitted)
 
 
 def best_free_runs(state: SearchState) -> FreeRunModels:

@@ -9,13 +9,22 @@ from slider_drilling.gap.problem.model_error import model_error_covariance
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, prior_weights
 
-_NORMAL_95 = 1.96
+TWO_SIDED_95, ONE_SIDED_95 = 1.96, 1.645
+"""Standard deviations to either end of an interval that holds 95 %, or that leaves out 5 % at one end."""
 # Finite-difference step of the conversion to user parameters, in a parameter's scale.
 _STEP = 1e-3
 
 
-def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
-    """95 % interval of each freed parameter, by the names that a user knows, cut at its bounds."""
+def parameter_intervals(
+    problem: Problem, found: Fit, deviations: float = TWO_SIDED_95
+) -> dict[str, tuple[float, float]]:
+    """Interval of each freed parameter, by the names that a user knows, cut at its bounds.
+
+    Args:
+        problem: The problem of the fit.
+        found: The fit.
+        deviations: Standard deviations to either end; those of a 95 % interval by default.
+    """
     if not found.parameters:
         return {}
     _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
@@ -27,7 +36,7 @@ def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, 
     intervals = {}
     for name, parameter in user_parameters(problem, found).items():
         slope = _slope(problem, found, name)
-        half = _NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
+        half = deviations * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
         low, high = values[name] - half, values[name] + half
         low, high = min(low, *parameter.equivalents, high), max(high, *parameter.equivalents, low)
         intervals[name] = max(low, parameter.lower), min(high, parameter.upper)

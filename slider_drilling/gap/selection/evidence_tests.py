@@ -25,9 +25,9 @@ from slider_drilling.gap.evidence.compare import (
 )
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore
-from slider_drilling.gap.model import Effect
+from slider_drilling.gap.model import Effect, HasCoupledEffects
 from slider_drilling.gap.problem.model_error import model_error_budget
-from slider_drilling.gap.results.intervals import user_values
+from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals, user_parameters, user_values
 from slider_drilling.gap.selection.refit import check_adequacy
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
@@ -152,6 +152,20 @@ def is_material(evidence: Evidence) -> bool:
         if not effect.is_material(user_values(problem, values | own), fitted):
             return False
     return True
+
+
+def differs_from_none(evidence: Evidence) -> bool:
+    """Whether the interval of each new effect's size leaves out none; effects that show only together may not."""
+    problem, found = evidence.fitted.problem, evidence.fitted.fit
+    together = problem.model.coupled_effects if isinstance(problem.model, HasCoupledEffects) else ()
+    intervals = parameter_intervals(problem, found, ONE_SIDED_95)
+    parameters = user_parameters(problem, found)
+
+    def differs(effect: Effect) -> bool:
+        sizes = [name for name in effect.material or [effect.parameters[0].name] if name in intervals]
+        return any(not intervals[name][0] <= parameters[name].nominal <= intervals[name][1] for name in sizes)
+
+    return all(effect.name in together or differs(effect) for effect in evidence.new_effects)
 
 
 def closes_most(evidence: Evidence) -> bool:

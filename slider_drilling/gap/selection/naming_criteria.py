@@ -267,6 +267,15 @@ CRITERIA: tuple[Criterion, ...] = (
         kind=Kind.SIZE,
     ),
     Criterion(
+        name="more than none",
+        stages=(Stage.CANDIDATE,),
+        test="90 % interval of the effect's size, with what the fit leaves beyond the noise",
+        threshold="leaves out none; effects that show only together (HasCoupledEffects) need not",
+        message="its size may be none, as far as this fit determines it",
+        reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
+        passes=tests.differs_from_none,
+    ),
+    Criterion(
         name="no free form of a known effect",
         stages=(Stage.SECOND_EFFECT,),
         test="held-out log density against the free forms of the effects already in the model (block bootstrap)",

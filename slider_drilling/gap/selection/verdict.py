@@ -48,7 +48,7 @@ class Decision:
 def reach_verdict(state: SearchState) -> Decision:
     """The verdict that a state supports, compared with every free-form alternative."""
     if state.current.effects and failures(Stage.VERDICT, Evidence(state, state.calibrated, state.current)):
-        state = _without_effects(state)
+        state = without_effects(state)
     adequate, effects = state.adequacy.adequate, state.current.effects
     nothing_to_compare = state.interrupted or (adequate and not effects)
     folds = state.bootstrap.folds
@@ -57,7 +57,7 @@ def reach_verdict(state: SearchState) -> Decision:
     if effects and failures(Stage.ALTERNATIVES, evidence):
         if state.unrestricted is not None:
             return reach_verdict(state.unrestricted)
-        state = _without_effects(state)
+        state = without_effects(state)
         return _calibration_verdict(state) if state.adequacy.adequate else _unknown(state, forms)
     remainder = None
     if not nothing_to_compare and not adequate:
@@ -74,7 +74,7 @@ def reach_verdict(state: SearchState) -> Decision:
     if not state.calibrated_adequacy.adequate:
         return Decision("effect_and_unknown", effects[0].site, state.current.names, alternative, remainder, state)
     # Calibration alone leaves only noise: there is no gap that something else could close as well.
-    return _calibration_verdict(_without_effects(state))
+    return _calibration_verdict(without_effects(state))
 
 
 def _calibration_verdict(state: SearchState) -> Decision:
@@ -82,7 +82,7 @@ def _calibration_verdict(state: SearchState) -> Decision:
     return Decision("none" if state.nominal_adequate else "parameters", None, (), None, None, state)
 
 
-def _without_effects(state: SearchState) -> SearchState:
+def without_effects(state: SearchState) -> SearchState:
     """The state with calibration alone, whatever was accepted."""
     return replace(state, current=state.calibrated, adequacy=state.calibrated_adequacy)
 
