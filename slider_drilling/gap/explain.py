@@ -20,7 +20,7 @@ from slider_drilling.gap.results.sentence import verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.calibration import calibrate
 from slider_drilling.gap.selection.evidence_tests import Evidence
-from slider_drilling.gap.selection.forward_selection import add_effect
+from slider_drilling.gap.selection.forward_selection import add_effect, drop_uncertain_effects
 from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState
@@ -211,6 +211,7 @@ def explain(
             if found is not None:
                 state = _calibrated_with(found, conditional, candidates, floors, seed, progress)
                 conditional = tuple(effect for effect in conditional if effect not in found.effects)
+        state = drop_uncertain_effects(state, candidates, seed)
     except KeyboardInterrupt:
         state = replace(state, interrupted=True)
     return _conclude(state, candidates, seed, started)

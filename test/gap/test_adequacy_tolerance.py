@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from toy import TIME, Toy, toy
+from toy import fit_toy, toy
 
-from slider_drilling.gap import explain
+from slider_drilling.gap.evidence.adequacy import NEGLIGIBLE, adequacy_of_fit, negligible_gaps
+from slider_drilling.gap.evidence.score import make_folds, score_held_out
+from slider_drilling.gap.problem.problem import build_problem
 
 
-def with_wave(size: float, tolerance: float) -> Toy:
-    """A toy with a wave that no effect has, in a channel with a tolerance."""
-    model = toy({"level": 2.0}, 5, extra=size * np.sin(2.0 * np.pi * TIME / 31.0))
+def problem_with(tolerance: float, noise: float = 2.0):
+    model = toy({"level": 2.0, "saw": 5.0}, 5)
     (run,) = model.runs
     channels = tuple(replace(channel, tolerance=tolerance) for channel in run.channels)
-    # The whole counts the channel too: its gap stays below the threshold of the whole.
-    return replace(model, runs=(replace(run, channels=channels),), effects=())
+    return build_problem(replace(model, runs=(replace(run, channels=channels),)), [{"force": noise}])
 
 
-@pytest.mark.parametrize(("tolerance", "verdict"), [(0.0, "unknown"), (2.0, "parameters")])
-def test_error_within_the_tolerance_is_no_gap(tolerance, verdict):
-    assert explain(with_wave(0.95, tolerance)).verdict == verdict
+def test_tolerance_counts_in_noise_units():
+    assert negligible_gaps(problem_with(6.0))["force"] == pytest.approx((1.0 + NEGLIGIBLE + 9.0) ** 0.5)
+
+
+@pytest.mark.parametrize(("tolerance", "above"), [(0.0, ("force",)), (9.0, ())])
+def test_error_within_the_tolerance_is_no_gap(tolerance, above):
+    problem = problem_with(tolerance, noise=1.0)
+    _, found = fit_toy(problem.model, [])
+    score = score_held_out(problem, found, make_folds(problem))
+    assert adequacy_of_fit(problem, found, score, 1).channels_above == above

@@ -17,6 +17,7 @@ from slider_drilling.gap.evidence.compare import LEVEL, gap_closed, predicts_bet
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection import evidence_tests, naming_criteria
 from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED, MIN_SHARE_OF_CAUSE, Evidence
@@ -122,6 +123,16 @@ def is_material(times: float) -> Evidence:
     return evidence(model(scored()), fitted)
 
 
+def differs(times: float) -> Evidence:
+    """A sine whose amplitude is so many times half of its interval."""
+    problem, found = fit_toy(toy({"sine": 4.0}, 3), ["sine"])
+    low, high = parameter_intervals(problem, found, ONE_SIDED_95)["sine"]
+    found = replace(found, values=found.values | {"sine": 0.5 * times * (high - low)})
+    fitted = model(scored(), effects=(SINE,))
+    fitted.problem, fitted.fit = problem, found
+    return evidence(model(scored()), fitted)
+
+
 def closes(times: float) -> Evidence:
     after = 3.0 - times * MIN_GAP_CLOSED * 2.0
     return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
@@ -213,6 +224,7 @@ AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
     "supported without priors": is_likelier,
     "still needed": is_needed,
     "pair ends the gap": ends_the_gap,
+    "more than none": differs,
     "no free form predicts better": beats_no_named_effect,
     "no free form at another site is likelier": is_no_likelier_elsewhere,
 }
@@ -232,6 +244,9 @@ def test_criterion_passes_above_its_threshold_only(name):
 def test_failed_criterion_gives_its_message(name, monkeypatch):
     rejected = SimpleNamespace(complete=False, within_thresholds=False, adequate=False)
     monkeypatch.setattr(evidence_tests, "check_adequacy", lambda *given: rejected)
+    # The stubs have no Jacobian.
+    monkeypatch.setattr(evidence_tests, "parameter_intervals", lambda *given: {})
+    monkeypatch.setattr(evidence_tests, "user_parameters", lambda *given: {})
     rule, found = criterion(name), AT_THRESHOLD[name](OUTSIDE)
     for stage in rule.stages:
         assert set(rule.messages(found)) <= set(failures(stage, found))
@@ -329,13 +344,3 @@ def test_size_and_evidence_are_different_kinds():
     assert criterion("likelihood ratio").kind is Kind.EVIDENCE
     assert criterion("sign and size physical").kind is Kind.MEANING
 
-
-def test_second_effect_of_uncertain_size_is_not_named():
-    problem, both = fit_toy(toy({"saw": 4.0, "sine": 0.1}, 3), ["saw", "sine"])
-    evidence = SimpleNamespace(
-        fitted=SimpleNamespace(problem=problem, fit=both),
-        new_effects=[effect for effect in EFFECTS if effect.name == "sine"],
-    )
-    assert not evidence_tests.differs_from_none(evidence)
-    evidence.new_effects = [effect for effect in EFFECTS if effect.name == "saw"]
-    assert evidence_tests.differs_from_none(evidence)

@@ -182,15 +182,52 @@ def _drop_needless_effects(
         rest = tuple(other for other in state.current.effects if other is not effect)
         if not rest:
             break
-        own = {parameter.name for parameter in effect.parameters}
-        problem = state.current_mode.at_fidelity_of(rest)
-        start = {name: value for name, value in state.current.fit.values.items() if name not in own}
-        refitted = fit(problem, parameters_of(problem, rest), start)
-        reduced = finish_and_cross_validate(problem, rest, refitted, state.bootstrap.folds)
+        reduced = _refitted_without(state, effect)
         if failures(Stage.STILL_NEEDED, Evidence(state, reduced, state.current)):
             adequacy = check_adequacy(reduced, seed, remaining)
             state = replace(state, current=reduced, adequacy=adequacy, done=adequacy.complete)
     return state
+
+
+def drop_uncertain_effects(state: SearchState, effects: Sequence[Effect], seed: int) -> SearchState:
+    """The state at the end of the search, without effects whose size may be none beside all others.
+
+    Args:
+        state: State at the end.
+        effects: All candidate effects.
+        seed: Seed of the replicates.
+    """
+    for effect in reversed(state.current.effects):
+        without = replace(state.current, effects=tuple(each for each in state.current.effects if each is not effect))
+        messages = failures(Stage.END, Evidence(state, without, state.current))
+        if not messages:
+            continue
+        steps = tuple(_rejected(step, effect, messages) for step in state.steps)
+        if without.effects:
+            current = _refitted_without(state, effect)
+            others = [each for each in effects if each.name not in current.names]
+            state = replace(state, current=current, adequacy=check_adequacy(current, seed, others), steps=steps)
+        else:
+            state = replace(state, current=state.calibrated, adequacy=state.calibrated_adequacy, steps=steps)
+    return state
+
+
+def _refitted_without(state: SearchState, effect: Effect) -> FittedModel:
+    """The current model refitted without one of its effects."""
+    rest = tuple(other for other in state.current.effects if other is not effect)
+    own = {parameter.name for parameter in effect.parameters}
+    problem = state.current_mode.at_fidelity_of(rest)
+    start = {name: value for name, value in state.current.fit.values.items() if name not in own}
+    refitted = fit(problem, parameters_of(problem, rest), start)
+    return finish_and_cross_validate(problem, rest, refitted, state.bootstrap.folds)
+
+
+def _rejected(step: SelectionStep, effect: Effect, messages: tuple[str, ...]) -> SelectionStep:
+    """The step with an effect that it accepted rejected after all."""
+    if step.accepted is None or step.accepted.effect.name != effect.name:
+        return step
+    rejected = replace(step.accepted, failures=messages)
+    return replace(_with_candidate(step, step.accepted, rejected), accepted=None, indistinguishable=())
 
 
 def _replace_calibration(ended: SearchState, remaining: Sequence[Effect], seed: int) -> SearchState | None:

@@ -41,6 +41,7 @@ class Stage(Enum):
     REPLACES_CALIBRATION = "a finalist that passed so far, where calibration alone needs implausible values"
     STILL_NEEDED = "every earlier effect, after another one was accepted"
     PAIR = "two effects that were accepted in one step, in the place of one or none"
+    END = "every effect in the model, at the end of the search"
     VERDICT = "all effects in the model together, at the end"
     ALTERNATIVES = "all effects in the model together, against every free-form alternative"
 
@@ -267,15 +268,6 @@ CRITERIA: tuple[Criterion, ...] = (
         kind=Kind.SIZE,
     ),
     Criterion(
-        name="more than none",
-        stages=(Stage.CANDIDATE,),
-        test="90 % interval of the effect's size, with what the fit leaves beyond the noise",
-        threshold="leaves out none; effects that show only together (HasCoupledEffects) need not",
-        message="its size may be none, as far as this fit determines it",
-        reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
-        passes=tests.differs_from_none,
-    ),
-    Criterion(
         name="no free form of a known effect",
         stages=(Stage.SECOND_EFFECT,),
         test="held-out log density against the free forms of the effects already in the model (block bootstrap)",
@@ -321,6 +313,15 @@ CRITERIA: tuple[Criterion, ...] = (
         message="the two effects together leave more than noise",
         reason="Among so many pairs some wrong one shrinks most gaps.",
         passes=lambda evidence: evidence.state.adequacy.adequate and len(evidence.fitted.effects) >= 2,
+    ),
+    Criterion(
+        name="more than none",
+        stages=(Stage.END,),
+        test="90 % interval of the effect's size, with what the fit leaves beyond the noise",
+        threshold="leaves out none; effects that show only together (HasCoupledEffects) need not",
+        message="beside the others its size may be none",
+        reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
+        passes=tests.differs_from_none,
     ),
     Criterion(
         name="no free form predicts better",
