@@ -34,7 +34,7 @@ def engine_answer(
         steps=(SimpleNamespace(accepted=accepted, predicted_gain={}),),
     )  # fmt: skip
     given = {"closed": 0.76, "closed_interval": (0.69, 0.81), "alternative": None, "indistinguishable": {},
-             "verdict": "effect", "suspected": ()}  # fmt: skip
+             "verdict": "effect", "suspected": (), "withdrawn": ()}  # fmt: skip
     return SimpleNamespace(
         effects=effects,
         candidates=candidates,
@@ -89,6 +89,12 @@ def test_indistinguishable_effect_is_not_called_worse():
     twin, other = candidate([effect("static_aging")], 0.5), candidate([effect("tortuosity")], 0.5)
     assert why_not_in_answer(twin, answer) == "this log cannot distinguish it from stribeck"
     assert why_not_in_answer(other, answer) == "stribeck and heave explain the same part of the gap better"
+
+
+def test_withdrawn_effect_says_that_free_runs_are_no_better():
+    tried = candidate([effect("stribeck")], 0.5)
+    answer = engine_answer((), (), tried, verdict="unknown", withdrawn=("stribeck",))
+    assert "a free run is hardly better with it" in why_not_in_answer(tried, answer)
 
 
 @pytest.mark.parametrize(

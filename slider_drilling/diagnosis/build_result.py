@@ -195,6 +195,8 @@ def _ranked(candidate: CandidateResult, effect: Effect, answer: GapDiagnosis, ke
 
 def why_not_in_answer(candidate: CandidateResult, answer: GapDiagnosis) -> str:
     """Why an effect that passes its own criteria is not in the answer."""
+    if candidate.effect.name in answer.withdrawn:
+        return "explains the log only while a measured channel is fed back: a free run is hardly better with it"
     twins = [name for name in answer.effects if candidate.effect.name in answer.indistinguishable.get(name, ())]
     if twins:
         return f"this log cannot distinguish it from {' and '.join(twins)}"

@@ -45,6 +45,7 @@ class GapDiagnosis:
         runtime: Wall-clock time, s.
         state: The last state of the search.
         free_runs: The models with the parameters whose free run is best.
+        withdrawn: Names of effects that explain the log only while a measured channel is fed back.
     """
 
     verdict: str
@@ -60,6 +61,7 @@ class GapDiagnosis:
     runtime: float
     state: SearchState = field(repr=False)
     free_runs: FreeRunModels = field(repr=False)
+    withdrawn: tuple[str, ...] = ()
 
     @property
     def fed_back(self) -> str | None:
@@ -250,11 +252,10 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
     """The diagnosis that a state supports; ``started``: time by the performance counter."""
     decision = reach_verdict(state)
     free_runs = best_free_runs(decision.state)
-    withdrawn = []
+    withdrawn: tuple[str, ...] = ()
     if decision.effects and not free_runs.effects_close_enough:
         # What explains the log only while it is fed back is no cause that a simulator can have.
-        names = " and ".join(decision.effects)
-        withdrawn = [f"{names} would explain the log only while it is fed back: a free run is hardly better with it"]
+        withdrawn = decision.effects
         decision = reach_verdict(without_effects(decision.state))
         free_runs = free_runs.without_effects
     state = decision.state
@@ -277,10 +278,11 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         alternative=decision.alternative,
         remainder=decision.remainder,
         next_manoeuvre=manoeuvre,
-        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs), *withdrawn, *not_planned),
+        remarks=(*_noise_remarks(state), *_fit_remarks(state), *_free_run_remarks(free_runs), *not_planned),
         runtime=time.perf_counter() - started,
         state=state,
         free_runs=free_runs,
+        withdrawn=withdrawn,
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from toy import SHAPES, TIME, Toy, force, toy
+from toy import EFFECTS, SHAPES, TIME, Toy, force, toy
 
 from slider_drilling.gap import SimulationOptions, explain
 from slider_drilling.gap.evidence.adequacy import adequacy_of_fit
@@ -72,3 +72,17 @@ def test_failure_with_new_noise_floors_is_reported(monkeypatch):
     assert answer.effects == ()
     sine = next(one for one in answer.candidates if one.effect.name == "sine")
     assert (sine.failures, sine.closed) == (("not in this noise",), -0.1)
+
+
+@pytest.mark.parametrize(("uncertain", "left"), [({"saw"}, ("sine",)), ({"sine", "saw"}, ())])
+def test_effects_of_uncertain_size_are_dropped_at_the_end(monkeypatch, uncertain, left):
+    state = explain(toy({"sine": 20.0, "saw": 4.0}, 0)).state
+    assert set(state.current.names) == {"sine", "saw"}
+    reasons = {name: (f"{name} may be none",) for name in uncertain}
+    monkeypatch.setattr(
+        forward_selection, "failures", lambda stage, evidence: reasons.get(evidence.new_effects[0].name, ())
+    )
+    dropped = forward_selection.drop_uncertain_effects(state, EFFECTS, 0)
+    assert dropped.current.names == left
+    said = {each.effect.name: each.failures for step in dropped.steps for each in step.candidates if each.failures}
+    assert {name: said[name] for name in uncertain} == reasons

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
 from slider_drilling.gap.evidence.score import make_folds
@@ -90,3 +91,10 @@ def test_worse_free_run_is_not_written():
     assert models.best is models.calibrated
     better = FreeRunModels(models.calibrated, models.final, (3.0, 2.0, 1.0), False)
     assert better.best is models.final
+
+
+@pytest.mark.parametrize(("final", "enough"), [(2.97, False), (1.0, True)])
+def test_effects_must_better_a_free_run(final, enough):
+    models = FreeRunModels(SimpleNamespace(), SimpleNamespace(), (3.0, 3.0, final), True)
+    assert models.effects_close_enough == enough
+    assert models.without_effects.gaps == (3.0, 3.0, 3.0)
