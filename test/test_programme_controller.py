@@ -147,10 +147,11 @@ def test_no_limit_is_exceeded_by_random_programmes(
 
 
 @pytest.mark.slow
-def test_slide_keeps_its_limits_on_a_foreign_rig() -> None:
+@pytest.mark.parametrize("seed", [4, 5])
+def test_slide_keeps_its_limits_on_a_foreign_rig(seed: int) -> None:
     tolerance, target = math.radians(20.0), 0.7
     limits = StepLimits(15e3, 9e3, 120e3, 208e5, tolerance)
-    result = run(dataclasses.replace(of(Slide(target, time=60.0)), limits=limits), rig_of(3, foreign=True), 1500.0)
+    result = run(dataclasses.replace(of(Slide(target, time=60.0)), limits=limits), rig_of(seed, foreign=True), 1500.0)
     (record,) = result.controller.progress().records
     assert record.outcome == "done" and record.tool_face_set is not None and record.tool_face_left is not None
     held = [truth for truth in result.truth if record.tool_face_set <= truth.time <= record.tool_face_left]

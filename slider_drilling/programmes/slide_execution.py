@@ -167,8 +167,11 @@ class SlideExecution:
         clear = max(_TOLERANCE_CLEAR, _SIGMAS * controller.tool_face_sigma)
         tolerance = self._limits.tool_face_tolerance
         if abs(controller.error) > tolerance - clear:
-            off, most = math.degrees(controller.error), math.degrees(tolerance)
-            message = f"the toolface is {off:+.0f} deg from its target, the tolerance is {most:.0f} deg"
+            off, known, most = (math.degrees(angle) for angle in (controller.error, clear, tolerance))
+            message = (
+                f"the toolface is {off:+.0f} deg from its target, known within {known:.0f} deg: it may leave the "
+                f"tolerance of {most:.0f} deg"
+            )
             return LimitReached("tool_face_tolerance", message, True)
         length, time = self._action.length, self._action.time
         if (length is not None and self._drilled >= length) or (time is not None and self._stage_time >= time):
