@@ -34,7 +34,7 @@ def stand(rig: Scenario, time: float = 20.0, tolerance_deg: float = 30.0) -> Sta
 def test_tool_face_near_its_tolerance_aborts_the_slide() -> None:
     slipping = dataclasses.replace(SHORT, block_slip=(430.0, 0.25))
     score = run_stand(stand(slipping, 300.0, 15.0), elements=15)
-    assert score.outcome.startswith("the toolface is") and score.outcome.endswith("the tolerance is 15 deg")
+    assert score.outcome.startswith("the toolface is") and score.outcome.endswith("the tolerance of 15 deg")
     assert score.duration_s < 480.0
 
 

@@ -120,7 +120,8 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         ]
         simulators.append(
             start(
-                "friction_simulator", within=name, elements=20, duration=60.0, start_time=begins, minimum_subscribers=2
+                "friction_simulator", within=name, elements=20, duration=60.0, start_time=begins, speed=20.0,
+                minimum_subscribers=2,
             )
         )
     for program in simulators:
@@ -133,7 +134,8 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         log = read_log(path)
         assert log.notes == () and log.start == begins
         assert len(log.top_drive.time) == 601
-        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 1.0, "arrivals are on the rig's own clock"
+        # On a busy machine a sample waits: half a second is ten of the rig's.
+        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 10.0, "arrivals are on the rig's own clock"
 
 
 STUCK = """
