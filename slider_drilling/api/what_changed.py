@@ -78,7 +78,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
     from slider_drilling.twin.feed import LogFeed
     from slider_drilling.twin.watch import reports_of
 
-    length = _end(log)
+    length = log.end
     with contextlib.closing(Twin(rig, ask=None)) as twin:
         for report in reports_of(twin, LogFeed(log)):
             progress("looking for a change", 0.5 * min(report.time / length, 1.0))
@@ -119,9 +119,5 @@ def _around(log: RigLog, since: Since) -> tuple[RigLog, RigLog]:
     from slider_drilling.twin.ask import windows_of_change
 
     assert since.interval is not None
-    windows = windows_of_change(since.interval, 0.0, _end(log))
-    return cut_time_window(log, *windows.before), cut_time_window(log, windows.after, _end(log))
-
-
-def _end(log: RigLog) -> float:
-    return max(float(series.time[-1]) for series in log.series().values())
+    windows = windows_of_change(since.interval, 0.0, log.end)
+    return cut_time_window(log, *windows.before), cut_time_window(log, windows.after, log.end)

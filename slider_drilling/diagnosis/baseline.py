@@ -19,7 +19,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.results.intervals import parameter_intervals
+from slider_drilling.gap.results.intervals import TWO_SIDED_95, parameter_intervals
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.multi_start import fit_from_starts
 from slider_drilling.gap.search.race import parameters_of
@@ -36,7 +36,6 @@ _MIN_SHARE = 0.15
 _MIN_GAIN = 30.0
 _NO_BASELINE = 30.0  # E, beyond which a calibrated model says nothing of the rig
 _TWISTS = (0.0, -4.0)  # rad, starts of the twist of the string
-_NORMAL_95 = 1.96
 _UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
 # How much of its own a calibrated number may wander within an hour, one standard deviation (Structure of foreign
 # plants: slow changes of friction, bit and pressure; a log that deepens).
@@ -180,7 +179,7 @@ def _parameters(problem: Problem, found: Fit) -> dict[str, BaselineParameter]:
             continue
         value = found.values[parameter.name]
         low, high = intervals.get(parameter.name, (value - parameter.scale, value + parameter.scale))
-        deviation = max((high - low) / (2.0 * _NORMAL_95), 0.0)
+        deviation = max((high - low) / (2.0 * TWO_SIDED_95), 0.0)
         wander = _WANDERS.get(parameter.name.rstrip("0123456789"), 0.1 * parameter.scale)
         # A number that the baseline does not determine is still the same number later: only a part of what is unknown
         # of it may show in another manoeuvre.

@@ -55,14 +55,12 @@ def split_at(log: RigLog, since: float) -> tuple[RigLog, RigLog]:
     Raises:
         InputError: One of the two is too short.
     """
-    ends = [float(series.time[-1]) for series in log.series().values() if series.time.size]
-    last = max(ends, default=0.0)
-    if not MIN_BEFORE_S <= since <= last - MIN_AFTER_S:
+    if not MIN_BEFORE_S <= since <= log.end - MIN_AFTER_S:
         raise InputError(
-            f"--since {since:g}: {log.source} holds {last:.0f} s: give a time that leaves at least "
+            f"--since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
             f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
         )
-    return cut_time_window(log, 0.0, since), cut_time_window(log, since, last)
+    return cut_time_window(log, 0.0, since), cut_time_window(log, since, log.end)
 
 
 def diagnose_change(

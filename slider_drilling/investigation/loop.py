@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.programme_numbers import ROUTINE, programme_of, p
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, read_text, write_atomically
-from slider_drilling.gap.experiment_design.plan import LIMIT_SHARE, PlannedRun
+from slider_drilling.gap.experiment_design.plan import LIMIT_SHARE
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import read_log
 from slider_drilling.pages import write_page
@@ -183,11 +183,6 @@ def _plan(
 def with_fixed_test(plan: DrillingPlan) -> DrillingPlan:
     """The plan with the commissioning programme as its test, where time and limits allow it and it is worth it."""
     run = plan.plan.fixed[COMMISSIONING]
-    allowed = programme_time(run) <= 60.0 * plan.options.minutes and run.limit_use <= LIMIT_SHARE
+    allowed = run.duration <= 60.0 * plan.options.minutes and run.limit_use <= LIMIT_SHARE
     fits = allowed and run.prospect.loss <= _WORTHWHILE * plan.plan.baseline.loss
     return replace(plan, plan=replace(plan.plan, planned=run)) if fits else plan
-
-
-def programme_time(run: PlannedRun) -> float:
-    """Length of a run, s."""
-    return float(run.manoeuvre.model.runs[0].time[-1])

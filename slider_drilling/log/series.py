@@ -120,9 +120,12 @@ class LogContents:
     forecast_mwd_tool_face: JointSeries | None = None
 
     def __repr__(self) -> str:
-        held = self.series()
-        ends = [float(series.time[-1]) for series in held.values() if len(series.time)]
-        return f"{type(self).__name__}({self.source}: {max(ends, default=0.0):.1f} s of {', '.join(held)})"
+        return f"{type(self).__name__}({self.source}: {self.end:.1f} s of {', '.join(self.series())})"
+
+    @property
+    def end(self) -> float:
+        """s since its start, of the last sample; 0 without any."""
+        return max((float(series.time[-1]) for series in self.series().values() if len(series.time)), default=0.0)
 
     @property
     def start(self) -> float:

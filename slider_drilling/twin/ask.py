@@ -84,6 +84,5 @@ def diagnose_after(before: RigLog | Baseline, after: RigLog, rig: Rig, since: fl
     from slider_drilling.log.time_window import cut_time_window
 
     baseline = fit_baseline(long_enough([before], MIN_BASELINE_S), rig) if isinstance(before, RigLog) else before
-    end = max(float(series.time[-1]) for series in after.series().values())
-    changed = cut_time_window(after, since, end)
+    changed = cut_time_window(after, since, after.end)
     return Answer(to_json(diagnose_change(baseline, [changed], rig, since=Since(since, found=True))), baseline)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from slider_drilling.gap.results.intervals import TWO_SIDED_95
 from slider_drilling.twin.channels import COMPARED, SURFACE
 from slider_drilling.twin.follower import Followed
 from slider_drilling.twin.report import Trend
@@ -14,7 +15,6 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.tracked import TrackedParameter
 
 _REPEATED = 100.0  # samples in a row that the model's own error shares: it does not average out as noise does
-_NORMAL_95 = 1.96
 _SMOOTH_S = 100.0  # memory of the lack of fit
 _FIRST_MISFIT = 4.0  # noise variances: lack of fit before anything is known of it
 _OUTLYING = 4.0  # times the usual square, from which a second is an outlier
@@ -75,7 +75,7 @@ class RecursiveCalibration:
     def trend(self, weights: Array, unit: str = "-") -> Trend:
         """A combination of parameters, weights (p,), with its 95 % interval."""
         value = float(weights @ self.values)
-        half = _NORMAL_95 * math.sqrt(float(weights @ self.covariance @ weights))
+        half = TWO_SIDED_95 * math.sqrt(float(weights @ self.covariance @ weights))
         return Trend(value, value - half, value + half, unit)
 
     def _solve(self) -> None:

@@ -39,6 +39,11 @@ class PlannedRun:
     prospect: Prospect
     limit_use: float
 
+    @property
+    def duration(self) -> float:
+        """s."""
+        return float(self.manoeuvre.model.runs[0].time[-1])
+
 
 @dataclass(frozen=True)
 class TestPlan:
@@ -121,12 +126,8 @@ def _as_long(fixed: Mapping[str, PlannedRun]) -> list[PlannedRun]:
     """The fixed runs within the limits that take no longer than routine operation, the first of them, does."""
     if not fixed:
         return []
-    longest = _end(next(iter(fixed.values())))
-    return [run for run in fixed.values() if run.limit_use <= LIMIT_SHARE and _end(run) <= longest]
-
-
-def _end(run: PlannedRun) -> float:
-    return float(run.manoeuvre.model.runs[0].time[-1])
+    longest = next(iter(fixed.values())).duration
+    return [run for run in fixed.values() if run.limit_use <= LIMIT_SHARE and run.duration <= longest]
 
 
 def assess(
