@@ -134,8 +134,7 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         log = read_log(path)
         assert log.notes == () and log.start == begins
         assert len(log.top_drive.time) == 601
-        # On a busy machine a sample waits: half a second is ten of the rig's.
-        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 10.0, "arrivals are on the rig's own clock"
+        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 1.0, "arrivals are on the rig's own clock"
 
 
 STUCK = """
