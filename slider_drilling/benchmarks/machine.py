@@ -7,6 +7,8 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
+from slider_drilling.process.peak_memory import peak_bytes
+
 
 def describe() -> dict[str, str]:
     """Processor, its cores and vector units, memory, system, Python and the libraries that matter."""
@@ -25,15 +27,9 @@ def describe() -> dict[str, str]:
 
 
 def peak_megabytes() -> float | None:
-    """Peak memory of this process, MB; None if the system does not report it.
-
-    Not `getrusage`, which includes the parent's memory at the time of the fork.
-    """
-    try:
-        lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return None
-    return next((float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmHWM")), None)
+    """Peak memory of this process, MB; None if the system does not report it."""
+    peak = peak_bytes()
+    return None if peak is None else peak / 2**20
 
 
 def _processor() -> str:

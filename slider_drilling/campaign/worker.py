@@ -24,6 +24,7 @@ from slider_drilling.campaign.forbidden_folders import forbid_folders
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.errors import InputError
+from slider_drilling.process.peak_memory import peak_bytes
 
 # One thread for each library, since there is a process for each core. Libraries read this when they are imported.
 _LIBRARIES = ("OPENBLAS", "OMP", "MKL", "NUMBA")
@@ -87,17 +88,7 @@ def run_job(job: Job) -> JobResult:
     function = job.function()
     with forbid_folders(job.forbidden_folders, (*job.inputs.values(), *job.outputs)):
         tree = function(job)
-    return JobResult(tree, time.process_time() - cpu_start, time.perf_counter() - start, _peak_memory())
-
-
-def _peak_memory() -> int:
-    """Returns bytes; 0 on Windows, which does not report it."""
-    if sys.platform == "win32":
-        return 0
-    import resource
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
+    return JobResult(tree, time.process_time() - cpu_start, time.perf_counter() - start, peak_bytes() or 0)
 
 
 def _failed(results: ResultFolder, key: str, reason: str, details: str) -> dict[str, Any]:

@@ -7,16 +7,15 @@ import pickle
 import subprocess
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from slider_drilling.log import RigLog
+from slider_drilling.process.peak_memory import peak_bytes
 from slider_drilling.rig import Rig
-from slider_drilling.twin.ask import Answer, Ask
-
-if TYPE_CHECKING:
-    from slider_drilling.diagnosis.baseline import Baseline
+from slider_drilling.twin.ask import Ask
 
 _NICE = 10  # below the process that follows the rig
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
@@ -24,27 +23,52 @@ _START = "import sys; sys.path[:] = sys.argv[3:]; from slider_drilling.twin.back
 
 
 @dataclass(frozen=True)
+class PickledBaseline:
+    """A baseline as the other process keeps it: the twin's own process never loads the code of the diagnosis.
+
+    Attributes:
+        content: Pickled.
+    """
+
+    content: bytes
+
+
+@dataclass(frozen=True)
 class Question:
     """What is asked, see `ask.Ask`."""
 
     ask: Ask
-    before: RigLog | Baseline
+    before: RigLog | PickledBaseline
     after: RigLog
     rig: Rig
     since: float
 
 
-class BackgroundDiagnosis:
-    """One question at a time, in another process.
+@dataclass(frozen=True)
+class Reply:
+    """What the other process answers.
 
     Attributes:
-        error: Why the last question has no answer, in one line; None if it has one.
+        tree: See `ask.Answer`; None without an answer.
+        baseline: It can be given in place of the samples from before when the same is asked again.
+        error: Why there is no answer, in one line; None if there is one.
+        cpu: s of processor time, from the start of that process.
+        peak: bytes, the most memory that it held.
     """
+
+    tree: dict[str, Any] | None
+    baseline: PickledBaseline | None
+    error: str | None
+    cpu: float = 0.0
+    peak: int = 0
+
+
+class BackgroundDiagnosis:
+    """One question at a time, in another process."""
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="slider_drilling_twin_")
         self._process: subprocess.Popen[bytes] | None = None
-        self.error: str | None = None
 
     @property
     def running(self) -> bool:
@@ -63,16 +87,16 @@ class BackgroundDiagnosis:
             env={**os.environ, **_ONE_THREAD}, start_new_session=True,
         )  # fmt: skip
 
-    def poll(self) -> Answer | None:
-        """The answer once there is one, else None; never waits."""
+    def poll(self) -> Reply | None:
+        """The reply once there is one, else None; never waits."""
         if self._process is None or self._process.poll() is None:
             return None
         code, self._process = self._process.returncode, None
         try:
-            answer, self.error = pickle.loads(self._paths()[1].read_bytes())
+            reply: Reply = pickle.loads(self._paths()[1].read_bytes())
         except (OSError, EOFError, pickle.UnpicklingError):
-            answer, self.error = None, f"the process of the diagnosis ended with code {code} without an answer"
-        return answer if isinstance(answer, Answer) else None
+            return Reply(None, None, f"the process of the diagnosis ended with code {code} without an answer")
+        return reply
 
     def close(self) -> None:
         """End the process, if there is one, and remove its files."""
@@ -93,10 +117,19 @@ def main() -> None:
     exit_with_parent(os.getppid())
     os.nice(_NICE)
     question: Question = pickle.loads(Path(sys.argv[1]).read_bytes())
-    try:
-        answer, error = question.ask(question.before, question.after, question.rig, question.since), None
-    except Exception as problem:  # whatever is wrong with these samples, the twin goes on and says it
-        answer, error = None, " ".join(str(problem).split()) or type(problem).__name__
+    reply = _reply_to(question)
     written = Path(sys.argv[2] + ".part")
-    written.write_bytes(pickle.dumps((answer, error)))
+    written.write_bytes(pickle.dumps(reply))
     written.replace(sys.argv[2])
+
+
+def _reply_to(question: Question) -> Reply:
+    before = question.before
+    try:
+        given = pickle.loads(before.content) if isinstance(before, PickledBaseline) else before
+        answer = question.ask(given, question.after, question.rig, question.since)
+    except Exception as problem:  # whatever is wrong with these samples, the twin goes on and says it
+        error = " ".join(str(problem).split()) or type(problem).__name__
+        return Reply(None, None, error, time.process_time(), peak_bytes() or 0)
+    kept = None if answer.baseline is None else PickledBaseline(pickle.dumps(answer.baseline))
+    return Reply(answer.tree, kept, None, time.process_time(), peak_bytes() or 0)

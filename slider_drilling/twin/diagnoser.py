@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slider_drilling.rig import Rig
 from slider_drilling.twin.ask import Ask, windows_of_change
-from slider_drilling.twin.background import BackgroundDiagnosis, Question
+from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
-
-if TYPE_CHECKING:
-    from slider_drilling.diagnosis.baseline import Baseline
 
 ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
 _RECENT_S = 300.0  # that are compared with what was before, where nothing was detected
@@ -40,7 +37,7 @@ class Diagnoser:
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
         self._background: BackgroundDiagnosis | None = None
         self._asked_for: int | None = None
-        self._baseline: tuple[Baseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
+        self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
         self.answer: dict[str, Any] | None = None
         self.answered: float | None = None
@@ -98,20 +95,21 @@ class Diagnoser:
         self._background.start(Question(self._ask, before, after, self._rig, 0.0))
 
     def _take(self, background: BackgroundDiagnosis, now: float) -> None:
-        answer = background.poll()
-        if background.running:
+        reply = background.poll()
+        if reply is None:
             return
-        self.error = background.error
-        if answer is None:
+        self.error = reply.error
+        if reply.tree is None:
             return
-        self._baseline = (answer.baseline, *self._baseline[1:])
-        self.answer, self.answered = answer.tree, now
+        answer = reply.tree
+        self._baseline = (reply.baseline, *self._baseline[1:])
+        self.answer, self.answered = answer, now
         if self._asked_for is None:
             return
         detection = self._log.detections[self._asked_for - 1]
         self._log.change(replace(
-            detection, effects=tuple(answer.tree.get("effects", ())), suspected=suspected_names(answer.tree),
-            verdict=answer.tree.get("verdict"), answered=now, site=answer.tree.get("site") or detection.site,
+            detection, effects=tuple(answer.get("effects", ())), suspected=suspected_names(answer),
+            verdict=answer.get("verdict"), answered=now, site=answer.get("site") or detection.site,
         ))  # fmt: skip
 
 

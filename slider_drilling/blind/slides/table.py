@@ -101,10 +101,12 @@ def _costs(watched: Sequence[WatchedSlide]) -> list[TableRow]:
     rows = [
         TableRow("processor, of one core", f"{100.0 * np.mean(shares):.1f} %, at most {100.0 * max(shares):.1f} %",
                  "<= 10 %"),
-        TableRow("memory", f"{memory / 1e6:.0f} MB", "<= 300 MB"),
+        TableRow("memory of the twin", f"{memory / 1e6:.0f} MB", "<= 300 MB"),
     ]  # fmt: skip
     if spent:
         rows.append(TableRow("processor time of a diagnosis", f"{np.mean(spent):.0f} s, at most {max(spent):.0f} s"))
+        peak = max(each.diagnosis_memory for each in watched)
+        rows.append(TableRow("memory of a diagnosis, a process of its own", f"{peak / 1e6:.0f} MB"))
     return rows
 
 

@@ -11,19 +11,19 @@ from typing import Any
 
 from slider_drilling.blind.slides.forecasts import ForecastErrors, ForecastLog
 from slider_drilling.campaign.job import Job
-from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
 from slider_drilling.twin.ask import windows_of_change
-from slider_drilling.twin.diagnoser import ASKED_AFTER_S
+from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
+from slider_drilling.twin.diagnoser import ASKED_AFTER_S, suspected_names
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.watch import reports_of
 
 NAMED_WITHIN_S = 180.0
 """Time after a detection within which an answer counts."""
 _ASKED_DETECTIONS = 2  # of one slide; each costs some diagnoses
+_POLLED_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,9 @@ class WatchedSlide:
         watched: s in which the twin judged what it saw; the rest it learnt or saw an operation.
         detections: In their order.
         cpu_share: Processor time over the time of the slide, without diagnoses.
-        diagnosis_cpu: s of processor time, of every diagnosis.
-        memory: bytes that the process of the twin held at the end, before any diagnosis.
+        diagnosis_cpu: s of processor time of every diagnosis, each a process of its own.
+        memory: bytes that the process of the twin held at the end.
+        diagnosis_memory: bytes, the most that the process of a diagnosis held; 0 without one.
         forecasts: Errors of the forecasts.
     """
 
@@ -85,6 +86,7 @@ class WatchedSlide:
     diagnosis_cpu: tuple[float, ...]
     memory: int
     forecasts: ForecastErrors
+    diagnosis_memory: int = 0
 
 
 def watch_job(log: Path, forbidden: tuple[str, ...], diagnose: bool = True) -> Job:
@@ -115,23 +117,25 @@ def watch_slide(log: RigLog, diagnose: bool = True) -> WatchedSlide:
         watched += report.state == "watching"
         last = report.time
         forecasts.add(report)
-    cost, memory = clock.process_time() - began, _resident_bytes()
+    cost = clock.process_time() - began
     found = twin.latest_report()
     detections = () if found is None else found.detections
     twin.close()
     asked = detections[:_ASKED_DETECTIONS] if diagnose else ()
     answered = [_with_answers(log, each, known, each in asked) for each in detections]
-    spent = tuple(cpu for _, costs in answered for cpu in costs)
+    replies = [reply for _, own in answered for reply in own]
+    memory = _resident_bytes()
     return WatchedSlide(
         Path(log.source).name, last, float(watched), tuple(each for each, _ in answered), cost / max(last, 1.0),
-        spent, memory, forecasts.errors(log, rig),
+        tuple(reply.cpu for reply in replies), memory, forecasts.errors(log, rig),
+        max((reply.peak for reply in replies), default=0),
     )  # fmt: skip
 
 
 def _with_answers(
     log: RigLog, detection: Detection, known: Sequence[tuple[Detection, ...]], asked: bool
-) -> tuple[WatchedDetection, list[float]]:
-    """A detection with its answers, and the processor time of each.
+) -> tuple[WatchedDetection, list[Reply]]:
+    """A detection with its answers, and the replies of the processes that gave them.
 
     Args:
         log: The whole log.
@@ -139,41 +143,50 @@ def _with_answers(
         known: All detections as they were known, one entry a second; the last is the end of the log.
         asked: Whether there are answers.
     """
-    answers, costs, baseline = [], [], None
+    answers: list[TwinAnswer] = []
+    replies: list[Reply] = []
+    baseline: PickledBaseline | None = None
     first = next(second for second, all_then in enumerate(known) if len(all_then) >= detection.number)
     for after in ASKED_AFTER_S if asked else ():
         second = first + round(after)
         if after >= NAMED_WITHIN_S or second >= len(known):
             break
-        began, then = clock.process_time(), known[second][detection.number - 1]
-        now = detection.detected + after
-        answer, baseline = _ask(log, then.interval, now, baseline)
-        costs.append(clock.process_time() - began)
-        answers.append(TwinAnswer(now + costs[-1], **answer))
+        then, now = known[second][detection.number - 1], detection.detected + after
+        reply = _ask(log, then.interval, now, baseline)
+        baseline = reply.baseline or baseline
+        replies.append(reply)
+        answers.append(_answer(reply, now))
     low, high = detection.interval
     watched = WatchedDetection(
         detection.detected, detection.since, (low, high), detection.channel, detection.site, detection.kind,
         tuple(answers),
     )  # fmt: skip
-    return watched, costs
+    return watched, replies
 
 
-def _ask(
-    log: RigLog, interval: tuple[float, float], now: float, baseline: Baseline | None
-) -> tuple[dict[str, Any], Baseline | None]:
-    """An answer, and the baseline that it rests on, which the next question about the same change uses again."""
+def _ask(log: RigLog, interval: tuple[float, float], now: float, baseline: PickledBaseline | None) -> Reply:
+    """Ask in a process of its own, as the twin does; baseline: of the question before about the same change."""
     windows = windows_of_change(interval, 0.0, now)
-    after = cut_time_window(log, windows.after, now)
+    before = baseline or cut_time_window(log, *windows.before)
+    background = BackgroundDiagnosis()
     try:
-        before = baseline or cut_time_window(log, *windows.before)
-        answer = diagnose_after(before, after, log.rig(), 0.0)
-    except InputError as error:
-        return {"verdict": "failed", "failure": str(error)}, baseline
-    tree = answer.tree
+        background.start(Question(diagnose_after, before, cut_time_window(log, windows.after, now), log.rig(), 0.0))
+        while (reply := background.poll()) is None:
+            clock.sleep(_POLLED_S)
+    finally:
+        background.close()
+    return reply
+
+
+def _answer(reply: Reply, asked: float) -> TwinAnswer:
+    """What a reply says that was asked at a time of the slide, s; it comes after the processor time that it took."""
+    answered, tree = asked + reply.cpu, reply.tree
+    if tree is None:
+        return TwinAnswer(answered, "failed", failure=reply.error or "")
     group: list[str] = next((row["group"] for row in tree["ranking"] if row["in_answer"]), [])
-    found = {"verdict": tree["verdict"], "effects": tuple(tree["effects"]), "group": tuple(group),
-             "suspected": tuple(tree["suspected"]), "site": tree["site"]}  # fmt: skip
-    return found, answer.baseline
+    return TwinAnswer(
+        answered, tree["verdict"], tuple(tree["effects"]), tuple(group), suspected_names(tree), tree["site"]
+    )
 
 
 def _resident_bytes() -> int:
