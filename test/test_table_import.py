@@ -144,7 +144,7 @@ def test_nulls_repeats_and_unit_line(tmp_path: Path) -> None:
 
 
 def test_dates_as_times(tmp_path: Path) -> None:
-    text = "t,torque\n2024-05-01T12:00:00Z,1\n2024-05-01T14:00:00.5+02:00,2\n2024-05-01 12:00:01.1234567,3\n"
+    text = "t,torque\n2024-05-01T12:00:00Z,1\n2024-05-01T14:00:00.5+02:00,2\n2024-05-01 12:00:01.1234567Z,3\n"
     log = read_table(table_file(tmp_path, text), mapping_file(tmp_path, time={"column": "t", "unit": "iso8601"}))
     assert log.start == datetime.datetime(2024, 5, 1, 12, tzinfo=datetime.timezone.utc).timestamp()
     assert log.top_drive is not None

@@ -199,7 +199,8 @@ def parse_mapping(raw: Any, source: str) -> TableMapping:
         if column.sign not in (-1.0, 1.0):
             raise InputError(f"{source}: channels.{name}.sign = {column.sign:g}: must be 1 or -1")
         channels[name] = column
-        scale[name] = column.sign * si_factor(column.unit, _kind(name, column, source), f"{source}: channels.{name}")
+        kind = kind_of_column(name, column, source)
+        scale[name] = column.sign * si_factor(column.unit, kind, f"{source}: channels.{name}")
         if column.unsigned and column.abs:
             raise InputError(f"{source}: channels.{name}: abs drops the sign that unsigned restores; keep one")
         if column.unsigned and name not in UNSIGNED:
@@ -221,7 +222,7 @@ def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
     return list(entries.items())
 
 
-def _kind(name: str, column: ColumnMapping, source: str) -> str:
+def kind_of_column(name: str, column: ColumnMapping, source: str) -> str:
     """The kind of quantity that a channel's column holds. Raises InputError for an integral of another kind."""
     kind = IMPORT_CHANNELS[name].kind
     if not column.integral:

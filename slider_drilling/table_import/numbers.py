@@ -22,6 +22,8 @@ NULL_WORDS = frozenset({
 })  # fmt: skip
 _COMMA = re.compile(r"[+-]?\d{1,3}(?:[. ']?\d{3})*,\d+|[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _GROUPING = re.compile(r"[.' \u00a0\u202f]")
+# A number with points that may part thousands, as a table with decimal commas writes it.
+POINT_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[,' \u00a0\u202f]\d{3})+(?:\.\d*)?")
 # Numbers that exporters write for "no value".
 _NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
@@ -77,6 +79,8 @@ def numbers(
 
 def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[Array, bool, bool]:
     cells: list[str] = list(table.columns[name])
+    if any("_" in cell for cell in cells):
+        _refuse_underscores(table, name, cells)
     if decimal != ",":
         try:
             return np.array([float(cell) if cell else math.nan for cell in cells]), False, False
@@ -94,18 +98,30 @@ def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[A
         if word.lower() in NULL_WORDS:
             values[index] = math.nan
             continue
-        if comma:
+        if decimal == "," and POINT_GROUPS.fullmatch(word):
+            word = word.replace(".", "")
+        elif comma:
             word = re.sub(r"[.' \u202f](?=\d{3})", "", word).replace(",", ".") if "," in word else word
         elif thousands and _THOUSANDS.fullmatch(word):
             word = re.sub(r"[,' \u00a0\u202f]", "", word)
         try:
             values[index] = float(word)
         except ValueError:
-            raise InputError(
-                f"{table.where(index)}: column {name!r} = {shorten(cell)}: not a number; "
-                "a null in words goes into null_values"
-            ) from None
+            raise _not_a_number(table, name, index, cell) from None
     return values, comma, thousands
+
+
+def _refuse_underscores(table: Table, name: str, cells: list[str]) -> None:
+    """Raise InputError for a cell that Python reads as a number, and nobody else: 8_1."""
+    for index, cell in enumerate(cells):
+        if "_" in cell and re.fullmatch(r"[\d_.,eE+-]+", cell.strip()):
+            raise _not_a_number(table, name, index, cell)
+
+
+def _not_a_number(table: Table, name: str, index: int, cell: str) -> InputError:
+    return InputError(
+        f"{table.where(index)}: column {name!r} = {shorten(cell)}: not a number; a null in words goes into null_words"
+    )
 
 
 def _marks(cells: list[str], decimal: str, delimiter: str) -> tuple[bool, bool]:

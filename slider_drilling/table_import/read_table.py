@@ -24,6 +24,7 @@ from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 from slider_drilling.rig import parse_rig
 from slider_drilling.schema.yaml_tree import shorten
 from slider_drilling.table_import.delimited_text import TextTable
+from slider_drilling.table_import.doubtful import check_points, contradicted_units
 from slider_drilling.table_import.integrate import integrate
 from slider_drilling.table_import.mapping import (
     AUTO,
@@ -181,6 +182,8 @@ class _Import:
         self.table = table
         for note in self.table.notes:
             found.add("table", note)
+        for note in contradicted_units(source.heads, mapping):
+            found.add("columns", note)
         self.read: dict[str, Numbers] = {}
         self.nulls_of: dict[int, list[str]] = {}
         self.seconds, self.epoch_ns = self._times(date_order)
@@ -227,7 +230,9 @@ class _Import:
         return self.read[name].values
 
     def _note_numbers(self) -> None:
-        """Tell which nulls were not declared, and which marks were read."""
+        """Tell which nulls were not declared, and which marks were read. Raises InputError for doubtful points."""
+        if self.mapping.layout.decimal == AUTO and any(column.comma for column in self.read.values()):
+            check_points(self.table, list(self.read))
         for name, column in self.read.items():
             for null, count in column.undeclared:
                 times = "once" if count == 1 else f"{count} times"
@@ -237,7 +242,7 @@ class _Import:
                 )
         for mark, what in (
             ("comma", "commas are read as decimal marks"),
-            ("thousands", "commas between thousands are left out"),
+            ("thousands", "marks between thousands are left out"),
         ):
             if any(getattr(column, mark) for column in self.read.values()):
                 self.found.add("table", what)

@@ -86,6 +86,12 @@ def read_stamps(
     dates = table.columns[date_column] if date_column else None
     stamps, zoned = _parse(table, column, cells, dates, date_column, date_order, notes, start)  # type: ignore[arg-type]
     notes.offset_known = bool(time_zone) or bool(zoned.any())
+    bare = np.flatnonzero(~zoned & (stamps != NO_TIME))
+    if zoned.any() and bare.size and not time_zone:
+        raise InputError(
+            f"{table.where(int(bare[0]))}: column {column!r} = {shorten(cells[bare[0]])}: names no zone, others do; "
+            "give it with --time-zone or time_zone"
+        )
     return _to_utc(stamps, zoned | (stamps == NO_TIME), time_zone, source, notes), notes
 
 
