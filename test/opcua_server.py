@@ -23,6 +23,8 @@ VALUES = {
 }
 WANTED = ("TopDrive.AngleWanted", "TopDrive.SpeedWanted", "DrawWorks.SpeedWanted", "Mud.PumpSpeedWanted")
 
+NARROW = "TopDrive.AngleInteger"  # a command of 16 bits
+
 
 def _data_value(value: Any) -> ua.DataValue:
     if isinstance(value, ua.DataValue):
@@ -60,6 +62,9 @@ class RigServer:
         for name, value in {**VALUES, **dict.fromkeys(WANTED, 0.0), "Heartbeat": 0.0}.items():
             self._nodes[name] = await objects.add_variable(ua.NodeId(name, 2), name, value)
             await self._nodes[name].set_writable()
+        narrow = ua.Variant(0, ua.VariantType.Int16)
+        self._nodes[NARROW] = await objects.add_variable(ua.NodeId(NARROW, 2), NARROW, narrow)
+        await self._nodes[NARROW].set_writable()
         for name in (*VALUES, "Heartbeat"):
             # Shown whatever its type is, as sloppy servers do; a variable of asyncua refuses another type than its own.
             self._shown[name] = _data_value(VALUES.get(name, 0.0))

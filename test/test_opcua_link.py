@@ -223,7 +223,24 @@ def test_refused_write_is_reported(server: RigServer, start: Callable[..., Bridg
 
     until(others_follow)
     assert server.read("TopDrive.AngleWanted") == 0.0
-    until(lambda: "top_drive_angle: " in bridge.link.health.write_error)
+    until(lambda: list(bridge.link.health.refused) == ["top_drive_angle"])
+
+
+def test_number_that_the_node_cannot_hold_is_refused(server: RigServer, start: Callable[..., Bridge]) -> None:
+    """An integer of 16 bits holds 32767 deg; the other drives follow, and are stopped, all the same."""
+    write = yaml.safe_load(EXAMPLE.read_text())["write"]
+    write["top_drive_angle"]["node"] = "ns=2;s=TopDrive.AngleInteger"
+    bridge = start(server.url, write=write)
+    until(lambda: len(bridge.samples) > 2)
+
+    def others_follow() -> bool:
+        bridge.say(top_drive_angle=math.radians(40_000.0), block_speed=0.01)
+        return server.read("DrawWorks.SpeedWanted") == pytest.approx(36.0)
+
+    until(others_follow)
+    until(lambda: bridge.link.health.refused == {"top_drive_angle": "40000 does not fit Int16"})
+    until(lambda: server.read("DrawWorks.SpeedWanted") == 0.0, "stopped")
+    assert server.read("TopDrive.AngleInteger") == 180 and not bridge.errors
 
 
 @pytest.mark.slow

@@ -175,8 +175,9 @@ class OpcuaBridge(ManagedNode):
         if self._gate is None:
             return [Status(Level.OK, "commands", "reading only")]
         refused, self._gate.refused = self._gate.refused, ""
-        if link.health.write_error:
-            return [Status(Level.ERROR, "commands", f"the server refuses {link.health.write_error}")]
+        if link.health.refused:
+            reasons = "; ".join(f"{name}: {reason}" for name, reason in link.health.refused.items())
+            return [Status(Level.ERROR, "commands", f"cannot be written: {reasons}")]
         if refused:
             return [Status(Level.ERROR, "commands", f"refused: {refused}")]
         return [Status(Level.OK, "commands", "written" if self._gate.commanding else "none")]

@@ -23,6 +23,7 @@ from slider_drilling.opcua.values import Heartbeat, usable_number
 _RETRY = 1.0  # s between two attempts to connect
 _COMMAND_CHECK = 0.01  # s between two looks for commands
 _MIN_TIMEOUT = 1.0  # s that the server has for an answer
+_FLOAT_MAX = 3.4e38  # of a number of 32 bits
 _STOP_TIMEOUT = 5.0  # s for the last writes and the end of the connection
 
 
@@ -48,14 +49,14 @@ class LinkHealth:
         reason: Why it does not.
         alive: Whether the rig's heartbeat changes.
         unusable: Names whose values are not usable numbers.
-        write_error: Why the server refused the last command.
+        refused: Why the last command of a name could not be written, by name.
     """
 
     connected: bool = False
     reason: str = "connecting"
     alive: bool = False
     unusable: tuple[str, ...] = field(default=())
-    write_error: str = ""
+    refused: dict[str, str] = field(default_factory=dict)
 
 
 class ServerLink:
@@ -263,17 +264,20 @@ class ServerLink:
 
     async def _write(self, client: Any, types: dict[str, Any], commands: dict[str, float]) -> set[str]:
         """Write commands, SI units; the others are written if the server refuses one. Returns the refused."""
-        ua = self._asyncua.ua
-        refused = set()
+        ua, refused = self._asyncua.ua, {}
         for name, value in commands.items():
-            variant = _variant(ua, value / self._point(name).factor, types[name])
+            number = value / self._point(name).factor
+            if not _fits(number, types[name].name):
+                refused[name] = f"{number:g} does not fit {types[name].name}"
+                continue
             try:
+                variant = _variant(ua, number, types[name])
                 await client.get_node(self._write_ids[name]).write_value(ua.DataValue(variant))
-                self.health.write_error = ""
             except ua.UaStatusCodeError as error:
-                self.health.write_error = f"{name}: {_one_line(error)}"
-                refused.add(name)
-        return refused
+                refused[name] = _one_line(error)
+        kept = {name: reason for name, reason in self.health.refused.items() if name not in commands}
+        self.health.refused = kept | refused
+        return set(refused)
 
     def _point(self, name: str) -> Point:
         return self._mapping.write[name]
@@ -282,6 +286,15 @@ class ServerLink:
 def _number_types(ua: Any) -> tuple[Any, ...]:
     kinds = ("Double", "Float", "Int16", "Int32", "Int64", "UInt16", "UInt32", "UInt64")
     return tuple(getattr(ua.VariantType, kind) for kind in kinds)
+
+
+def _fits(number: float, kind: str) -> bool:
+    """Whether a node of a data type such as Int16 can hold a number."""
+    if "Int" not in kind:
+        return kind == "Double" or abs(number) <= _FLOAT_MAX
+    bits = int(kind.rpartition("Int")[2])
+    low, high = (0, 2**bits) if kind.startswith("U") else (-(2 ** (bits - 1)), 2 ** (bits - 1))
+    return low <= round(number) < high
 
 
 def _variant(ua: Any, value: float, kind: Any) -> Any:
