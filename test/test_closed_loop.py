@@ -249,3 +249,16 @@ def test_table_fits_eighty_columns(monkeypatch):
 def test_unknown_scenario_is_refused():
     with pytest.raises(InputError, match="--only"):
         CliRunner().invoke(command, ["--only", "nonsense"], catch_exceptions=False)
+
+
+@pytest.mark.parametrize(("options", "said"), [
+    ("--duration 600", "--duration: has no meaning without --campaign or --slide"),
+    ("--foreign --faults", "--foreign: has no meaning without"), ("--rig mine.yaml", "--rig: has no meaning without"),
+    ("--against no_rocking --only hold", "--against: has no meaning without"),
+    ("--slide 3 --only hold", "--only: has no meaning with --slide"),
+    ("--campaign 3 -o out --all", "--all: has no meaning with --campaign"),
+    ("--campaign 3 -o out --slide 2", "--slide: has no meaning with --campaign"),
+])  # fmt: skip
+def test_options_without_meaning_are_refused(options, said):
+    done = CliRunner().invoke(command, options.split())
+    assert done.exit_code and said in str(done.exception or done.output)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from slider_drilling.commands.campaign_options import scheduler_option
 from slider_drilling.commands.options import print_listing, units_option, write_and_print
@@ -98,6 +99,7 @@ def command(
         return 0
     if faults and (every or slides is not None or slide is not None):
         raise InputError("--faults: cannot be used with --all, --campaign or --slide; give it alone or with --only")
+    _refuse_ignored(slides, slide)
     name = name or DEFAULT_CONTROLLER
     options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements, foreign=foreign,
                               **({} if duration is None else {"duration": duration}))
@@ -163,6 +165,23 @@ def _known(every: bool, faults: bool) -> tuple[Scenario, ...]:
 
         return FAULTS
     return (*SCENARIOS, *every_effect()) if every else SCENARIOS
+
+
+def _refuse_ignored(slides: int | None, slide: int | None) -> None:
+    """Raise InputError for an option that the kind of run would ignore."""
+    from slider_drilling.errors import InputError
+
+    if slides is not None:
+        kind, ignored = "with --campaign", {"only", "every", "slide"}
+    elif slide is not None:
+        kind, ignored = "with --slide", {"only", "every", "against", "scheduler"}
+    else:
+        kind, ignored = "without --campaign or --slide", {"against", "rig_path", "duration", "foreign", "scheduler"}
+    context = click.get_current_context()
+    for option in context.command.params:
+        is_given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
+        if option.name in ignored and is_given:
+            raise InputError(f"{option.opts[-1]}: has no meaning {kind}; leave it out")
 
 
 def _chosen(only: tuple[str, ...], every: bool, faults: bool) -> list[Scenario]:
