@@ -2,6 +2,7 @@
 
 import datetime
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -293,12 +294,15 @@ def test_command_does_not_overwrite_the_table(tmp_path: Path) -> None:
     assert table.read_text() == "t,torque\n0,1\n"
 
 
-@pytest.mark.parametrize(("units", "told"), [("si", "1.000 to 2.000"), ("field", "737.6 to 1475")])
+@pytest.mark.parametrize(("units", "told"), [("si", r"1\.000 to 2\.000 +kN m"), ("field", r"737\.6 to 1475 +ft lbf")])
 def test_command_lists_contents_in_chosen_units(tmp_path: Path, units: str, told: str) -> None:
-    table = table_file(tmp_path, "t,torque\n0,1000\n1,2000\n")
-    arguments = [str(table), "--mapping", str(mapping_file(tmp_path)), "-o", str(tmp_path / "o.mcap")]
+    table = table_file(tmp_path, "t,torque,tf\n0,1000,-90\n1,2000,45\n")
+    channels = {"surface_torque": {"column": "torque", "unit": "N m"}, "tool_face": {"column": "tf", "unit": "deg"}}
+    mapping = mapping_file(tmp_path, channels=channels)
+    arguments = [str(table), "--mapping", str(mapping), "-o", str(tmp_path / "o.mcap")]
     answer = CliRunner().invoke(command, [*arguments, "--units", units], catch_exceptions=False)
-    assert told in answer.output and ("kN m" if units == "si" else "ft lbf") in answer.output
+    assert re.search(told, answer.output)
+    assert re.search(r"-90\.00 to 45\.00 +deg", answer.output), "a toolface is in degrees, never in turns"
 
 
 def test_command_is_in_the_table_of_commands() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +10,10 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from slider_drilling.log.series import Array, LogContents
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import TOPICS, TopicQuantity
 from slider_drilling.units import SI, Units, format_number
 
-# SI unit -> the metric unit that tables and plots start from, and its SI value.
-DISPLAY_UNITS = {"N m": ("kN m", 1e3), "N": ("kN", 1e3), "Pa": ("bar", 1e5)}
+_DISPLAY_UNITS = {"N m": ("kN m", 1e3), "N": ("kN", 1e3), "Pa": ("bar", 1e5)}
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,13 @@ class LoggedQuantity:
     longest_gap: float | None
 
 
+def shown_unit(quantity: TopicQuantity) -> tuple[str, float]:
+    """The metric unit that tables and plots start from, and its SI value; a toolface is in degrees everywhere."""
+    if quantity.unit == "rad" and "tool_face" in quantity.column:
+        return "deg", math.pi / 180.0
+    return _DISPLAY_UNITS.get(quantity.unit, (quantity.unit, 1.0))
+
+
 def contents_table(log: LogContents, units: Units = SI) -> Table:
     """One row for each array that the log holds, at most 80 characters wide."""
     table = Table("channel", "samples", "time, s", "range", "unit", "gap, s", box=SIMPLE, padding=(0, 1, 0, 0))
@@ -53,7 +60,7 @@ def contents_table(log: LogContents, units: Units = SI) -> Table:
                 continue
             row = _content(TOPICS[key].name, quantity.array, quantity.unit, series.time, values)
             gap = "-" if row.longest_gap is None else f"{row.longest_gap:.2f}"
-            unit, size = DISPLAY_UNITS.get(row.unit, (row.unit, 1.0))
+            unit, size = shown_unit(quantity)
             low, high = (format_number(units.convert(value / size, unit), 4) for value in (row.lowest, row.highest))
             table.add_row(quantity.column, str(row.samples), f"{row.first:.0f} to {row.last:.0f}", f"{low} to {high}",
                           units.display_unit(unit), gap)  # fmt: skip
@@ -72,7 +79,7 @@ def displayed(log: LogContents, key: str, array: str) -> tuple[str, str, Array, 
     if series is None or np.isnan(getattr(series, array)).all():
         return None
     quantity = TOPICS[key].quantity(array)
-    unit, size = DISPLAY_UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    unit, size = shown_unit(quantity)
     return quantity.label, unit, series.time, getattr(series, array) / size
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from slider_drilling.log.contents import DISPLAY_UNITS
+from slider_drilling.log.contents import shown_unit
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import Array, ScalarSeries, Series
 from slider_drilling.log.timestamps import Mask
@@ -53,7 +53,7 @@ def outside_range(values: Array, quantity: TopicQuantity) -> tuple[Mask, bool]:
 
 def _note(quantity: TopicQuantity, values: Array, wrong: Mask, time: Array, is_other_unit: bool) -> str:
     first = int(wrong.argmax())
-    unit, size = DISPLAY_UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    unit, size = shown_unit(quantity)
     low, high = (limit / size for limit in quantity.physical_range)
     limits = f"outside {low:g} to {high:g} {unit}"
     if not math.isfinite(low):

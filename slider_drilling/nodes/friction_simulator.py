@@ -204,7 +204,7 @@ class FrictionSimulator(ManagedNode):
         self._last_progress = time.monotonic()
         self._set_pace()
         mode = "in lockstep" if self._is_lockstep() else f"at {self.values['speed']:g} times real time"
-        self.get_logger().info(f"sliding {self._rig.string.length:g} m of string {mode}")
+        self.get_logger().info(f"sliding {mode}")
         self._publish()
 
     def _start_blocker(self, unpublished: list[str]) -> str:

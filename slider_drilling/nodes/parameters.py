@@ -81,7 +81,8 @@ def _reason(parameter: NodeParameter, error: Exception) -> str:
 
 def warn_of_unknown(node: Node) -> None:
     """Log a warning for every given parameter that the node does not have; call it once all are declared."""
-    known = sorted(node._parameters)
+    ros = ("qos_overrides.", "start_type_description_service")
+    known = sorted(name for name in node._parameters if not name.startswith(ros))
     for name in sorted(node._parameter_overrides):
         if not node.has_parameter(name) and not name.startswith("qos_overrides."):
             near = difflib.get_close_matches(name, known, n=1)
