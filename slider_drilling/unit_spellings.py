@@ -109,4 +109,5 @@ def unit_of_spelling(spelling: str, kind: str, units: tuple[str, ...]) -> str | 
 
 
 def _spelled(kind: str, unit: str) -> list[str]:
-    return SPELLINGS.get(kind, {}).get(unit, "").split(", ")
+    others = SPELLINGS.get(kind, {}).get(unit)
+    return others.split(", ") if others else []

@@ -85,3 +85,10 @@ def test_marks_of_thousands_are_said_as_they_are(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(MAPPING.format(time="s", more=""))
     (tmp_path / "t.csv").write_text("Time;Torque\n0;1'408\n1;1'409\n")
     assert any("marks between thousands" in note for note in read_table(tmp_path / "t.csv", tmp_path / "m.yaml").notes)
+
+
+@pytest.mark.parametrize("head", ["Torque (-)", "Torque [ ]", "Torque (--)"])
+def test_a_head_without_a_unit_asks_for_it(tmp_path: Path, head: str) -> None:
+    (tmp_path / "t.csv").write_text(f"Time (s),{head}\n0,8\n1,8.5\n")
+    with pytest.raises(InputError, match=r"\(surface_torque\): no unit in the table; add --unit"):
+        read_table(tmp_path / "t.csv")

@@ -93,6 +93,12 @@ def test_unknown_unit_gets_no_near_one(unit: str, kind: str) -> None:
     assert "did you mean" not in str(error.value)
 
 
+@pytest.mark.parametrize("unit", ["", " ", "-", "--", ".", "*", "()", "[-]", "_", "1000", "x"])
+def test_no_unit_is_no_unit_of_any_kind(unit: str) -> None:
+    """A head such as "Torque (-)" was taken for mega newton metres."""
+    assert [kind for kind in KINDS if unit_factor(unit, kind) is not None] == []
+
+
 def test_every_spelling_means_one_size() -> None:
     for kind, units in SPELLINGS.items():
         for unit, spellings in units.items():

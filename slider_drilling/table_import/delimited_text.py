@@ -19,6 +19,7 @@ from slider_drilling.files.output_files import read_lines
 from slider_drilling.table_import.mapping import AUTO, TableLayout
 from slider_drilling.table_import.numbers import NULL_WORDS
 from slider_drilling.table_import.source import SAMPLE_ROWS, Heads, Table, distinct
+from slider_drilling.unit_spellings import written_plainly
 from slider_drilling.units import KINDS, unit_factor
 
 _MAX_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
@@ -206,6 +207,8 @@ def find_heads(
 def split_head(head: str) -> tuple[str, str]:
     """Name and unit of a head such as "Hook Load (klbf)" or "Torque [kN.m]"; the unit is empty where it has none."""
     match = _BRACKETS.match(head) or _AFTER_COMMA.match(head)
+    if match and not written_plainly(match["unit"])[1]:
+        return match["name"], ""  # "Torque (-)"
     if match and any(unit_factor(match["unit"], kind) is not None for kind in KINDS):
         return match["name"], match["unit"]
     bare, _, unit = head.rpartition("_")
