@@ -119,6 +119,23 @@ def test_survey_on_the_examples_string_is_named(tmp_path: Path) -> None:
         outcome(tmp_path, "--survey", str(path), "--rig", SHORT)
 
 
+@pytest.mark.parametrize("last", ["8530.1 ft", "2599.9996 m", "2599.95 m"])
+def test_string_is_cut_to_a_rounded_survey(tmp_path: Path, last: str) -> None:
+    """Depths in tenths of feet, and a string whose length is in metres."""
+    depth, unit = last.split()
+    path = tmp_path / "survey.csv"
+    path.write_text(f"MD ({unit}),Inc,Azi\n0,0,0\n{0.5 * float(depth):g},0,0\n{depth},90,0\n")
+    (note,), _ = outcome(tmp_path, "--survey", str(path), "--rig", SHORT)
+    assert "the rig file's string of 2600 m was cut to that" in note and "ends at 2600 m" not in note
+
+
+def test_a_metre_that_is_missing_is_refused_with_its_decimals(tmp_path: Path) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (m),Inc,Azi\n0,0,0\n1300,0,0\n2599.73,90,0\n")
+    with pytest.raises(InputError, match=r"ends at 2599\.73 m, but the rig file's string reaches 2600 m"):
+        outcome(tmp_path, "--survey", str(path), "--rig", SHORT)
+
+
 def test_log_of_another_well_is_named(tmp_path: Path) -> None:
     log = simulate(load_rig("short"), "slider_drilling.control:SlideController", 5.0, elements=20).log
     own, stranger = tmp_path / "own.mcap", tmp_path / "stranger.mcap"

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _MAX_DEPTH_DIFFERENCE = 0.05  # of the string's length, between log and rig
 _LOADS = (0.7, 1.3)  # of the lightest and the heaviest hook load that friction below 0.5 gives
 _FRICTION = 0.5
+_ROUNDING = 0.1  # m by which a survey's last station and a string's length may differ: tables in whole tenths of feet
 
 
 def charted_rig(
@@ -57,13 +58,13 @@ def _with_survey(rig: Rig, path: Path, example: bool) -> tuple[Rig, list[str]]:
     survey = read_survey(path)
     length, whose = rig.string.length, "the example well's" if example else "the rig file's"
     advice = "give a rig file for this well with --rig (slider-drilling rig new makes one)"
-    if survey.length < length - 1e-6 and not example:
-        raise InputError(f"{path}: ends at {survey.length:.5g} m, but {whose} string reaches {length:.5g} m; {advice}")
+    if survey.length < length - _ROUNDING and not example:
+        raise InputError(f"{path}: ends at {survey.length:.8g} m, but {whose} string reaches {length:.8g} m; {advice}")
     notes = [f"{path}: {note}" for note in survey.notes]
     if example:
         notes.append(f"string, mud, hole and casing are {whose}, not those of {path.name}; {advice}")
     if survey.length < length - 1e-6:
-        notes.append(f"{path.name} ends at {survey.length:.5g} m: {whose} string of {length:.5g} m was cut to that")
+        notes.append(f"{path.name} ends at {survey.length:.8g} m: {whose} string of {length:.8g} m was cut to that")
         rig = with_bit_at(rig, survey.length)
     if survey.length > length + 1.0:
         notes.append(f"{path.name} reaches {survey.length:.5g} m, {whose} string {length:.5g} m: the chart ends there")
