@@ -144,6 +144,48 @@ def test_two_publishers_that_disagree_are_refused(tmp_path: Path) -> None:
     check_real(read_log(path, topics=tmp_path / "topics.yaml"))
 
 
+def others(values: Callable[[float], tuple[float, float, float]], late: float, period: float) -> list[Row]:
+    """Samples of another publisher in the same channel, as a bag without sequence numbers holds them."""
+    times = [period * step + late for step in range(round(0.1 * COUNT / period))]
+    return [(1, time, state(time, values(time)), 0) for time in times]
+
+
+@pytest.mark.parametrize("late", [0.0, 0.03, 0.05])
+@pytest.mark.parametrize("period", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("values", [(5.0, 0.0, 12.0), (-999.25, -999.25, -999.25), (20.0, 1.0, 1.0)])
+def test_a_publisher_of_constants_is_left_out(
+    tmp_path: Path, values: tuple[float, float, float], period: float, late: float
+) -> None:
+    ours = [(*row[:3], 0) for row in real()]
+    log = read_log(write(tmp_path / "log.mcap", ours + others(lambda time: values, late, period)))
+    assert log.top_drive is not None and any("samples that never change" in note for note in log.notes)
+    np.testing.assert_allclose(log.top_drive.position, [angle(0.1 * step) for step in range(COUNT)])
+    np.testing.assert_allclose(log.top_drive.effort, [torque(0.1 * step) for step in range(COUNT)])
+
+
+@pytest.mark.parametrize("values", [
+    lambda time: (900.0 - 3.0 * time, 2.0, 1.0), lambda time: (1e-6 * round(10.0 * time % 3), 0.0, 1e-3 * (time % 2)),
+])  # fmt: skip
+@pytest.mark.parametrize("period", [0.1, 0.3])
+def test_two_publishers_in_one_channel_are_refused(
+    tmp_path: Path, values: Callable[[float], tuple[float, float, float]], period: float
+) -> None:
+    ours = [(*row[:3], 0) for row in real()]
+    with pytest.raises(InputError, match="two publishers in one channel: its values jump away and back"):
+        read_log(write(tmp_path / "log.mcap", ours + others(values, 0.03, period)))
+
+
+@pytest.mark.parametrize("column", [1, 2])
+def test_a_reading_that_swings_at_half_the_rate_is_kept(tmp_path: Path, column: int) -> None:
+    rows = []
+    for step in range(3 * COUNT):
+        values = [angle(0.1 * step), 0.5, torque(0.1 * step)]
+        values[column] += (3000.0 if column == 2 else 0.3) * (-1) ** step + 0.01 * np.sin(step)
+        rows.append((1, 0.1 * step, state(0.1 * step, tuple(values)), 0))  # type: ignore[arg-type]
+    log = read_log(write(tmp_path / "log.mcap", rows))
+    assert log.notes == () and log.top_drive is not None and len(log.top_drive.time) == 3 * COUNT
+
+
 def test_sequence_numbers_tell_publishers_apart(tmp_path: Path) -> None:
     other = [(1, time + 0.03, state(time + 0.03, (900.0 - 3.0 * time, 2.0, 1.0)), 5000 + step)
              for step, (_, time, _, _) in enumerate(real())]  # fmt: skip

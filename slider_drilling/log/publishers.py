@@ -148,10 +148,13 @@ def _without_idle_groups(
         one, two = live[:2]
         if _follow_each_other(one, two):
             raise InputError(f"{source}: {topic}: {_TWO_RUNS}")
-        raise InputError(
-            f"{source}: {topic}: two publishers send different values at the same time ({_name(track, one)}, "
-            f"{_name(track, two)}); choose one with `channel` in a file for --topics"
+        names = (_name(track, one), _name(track, two))
+        advice = (
+            f"at the same time ({', '.join(names)}); choose one with `channel` in a file for --topics"
+            if names[0] != names[1]
+            else "in one channel; record one of them, or each on a topic of its own"
         )
+        raise InputError(f"{source}: {topic}: two publishers send different values {advice}")
     for group in idle:
         notes.append(_idle_note(track, group, topic))
     return track.select(live[0])
@@ -167,7 +170,6 @@ def _idle_note(track: StampedSamples, idle: Mask, topic: str) -> str:
             "sensor that drops out"
         )
     return f"{topic}: a second publisher ({_name(track, idle)}) sends zeros only; its {count} samples were left out"
-
 
 
 def _follow_each_other(one: Mask, two: Mask) -> bool:

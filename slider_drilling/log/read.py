@@ -14,7 +14,8 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.log.import_record import RECORD, ImportRecord
 from slider_drilling.log.log_files import find_log_files, open_reader
 from slider_drilling.log.log_reader import LogReader
-from slider_drilling.log.publishers import keep_one_publisher
+from slider_drilling.log.interleaved import keep_one_of_interleaved
+from slider_drilling.log.publishers import keep_one_publisher, split_signals
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import build_series
 from slider_drilling.log.timestamps import MAX_CLOCK_OFFSET, SECOND, StampedSamples, drop_foreign_stamps, sort_by_stamp
@@ -93,6 +94,10 @@ def _one_publisher(samples: TopicSamples, source: str, notes: list[str]) -> Stam
     if topic.is_surface:
         _check_one_run(samples, track, source)
     try:
+        if len(split_signals(track)) == 1:
+            cells = topic.quantities
+            continuous = [k for k, one in enumerate(cells) if one.array == "position" and not one.is_wrapped]
+            track = keep_one_of_interleaved(track, continuous, samples.match.topic, source, notes)
         return keep_one_publisher(track, samples.match.topic, source, notes)
     except InputError as error:
         # Setpoints may come from several programs in turn, and no plant is driven by them.
