@@ -13,7 +13,9 @@ from slider_drilling.control.block.heave_compensation import HeaveCompensator
 from slider_drilling.control.block.return_to_bottom import ReturnToBottom
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.drag_monitor import DragMonitor
+from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
 from slider_drilling.control.interlocks.block_slip import BlockSlipInterlock
+from slider_drilling.control.interlocks.load_check import LET_GO_SHARE
 from slider_drilling.control.interlocks.lock_up import LockUpInterlock, LockUpState
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.effects import BucklingContact
@@ -21,6 +23,7 @@ from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 RIG = load_rig(CONFIG / "rig.example.yaml")
+STRING = StringKalmanFilter(5e-3, 60.0).estimate
 
 
 def test_differential_pressure_off_bottom_is_independent_of_flow():
@@ -96,6 +99,28 @@ def test_drag_is_weight_off_hook_and_bit():
         assert drag.transmitted_share(limit) == arriving
 
 
+@pytest.mark.parametrize(("drag", "share"), [(20e3, 1.0), (70e3, None), (200e3, 0.2)])
+def test_drag_takes_weight_off_its_limit(drag, share):
+    """All the drag that rocking was seen to let go at once has room below the weight limit."""
+    block = BlockControl(RIG, SlideSettings())
+    block.drag.start_tared(460e3)
+    for _ in range(900):
+        block.update_drag(460e3 - 4e4 - drag, 4e4 / block.auto_driller.weight_per_pressure, STRING, 1.0, 0.1)
+    allowed = block.allowed_pressure * block.auto_driller.weight_per_pressure
+    if share is None:
+        assert 0.9 * block.weight_limit < allowed + LET_GO_SHARE * drag < block.weight_limit
+    else:
+        assert allowed == pytest.approx(share * block.target_weight_on_bit)
+
+
+def test_weight_that_comes_on_shows_before_its_average():
+    drag = DragMonitor(RIG, 0.235, 8e4)
+    drag.start_tared(460e3)
+    for sample in range(200):
+        drag.update(460e3 - 5e2 * sample, 0.0, 0.1, 1.0, 0.1)
+    assert drag.smooth_deficit < 50e3 < 75e3 < drag.highest_deficit < 100e3
+
+
 def test_drag_lower_bound_subtracts_weight_uncertainty():
     """In a short well the uncertainty is as large as the drag."""
     drag = DragMonitor(RIG, 0.235, 8e4)
@@ -137,12 +162,12 @@ def lock_up_after(lock, drag, pressure, seconds):
 
 
 def test_drag_that_may_let_go_does_not_stop_lowering():
-    """A short string has less drag than the bit may carry: it slides on, up to the weight limit."""
+    """A short string has less drag than the bit may carry: it slides on while that leaves most of the weight."""
     block = BlockControl(RIG, SlideSettings())
     limit = block.weight_limit
     weight = 0.7 * block.target_weight_on_bit
     block.drag.tare(460e3, 0.1)
-    for drag, arriving in ((0.8 * (limit - weight), 1.0), (1.2 * (limit - weight), 0.0)):
+    for drag, arriving in ((0.8 * (limit - weight), 1.0), (1.6 * (limit - weight), 0.0)):
         block.drag._full_drag = drag / 0.7
         for _ in range(900):
             block.drag.update(460e3 - weight - drag, weight, 0.1, 1.0, 0.1)

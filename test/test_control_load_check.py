@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.load_evidence import LoadEvidence, LoadSample
+from slider_drilling.control.estimation.torque_jump import TorqueJump
 from slider_drilling.control.interlocks.drive_following import DriveFollowing
 from slider_drilling.control.interlocks.load_check import LoadCheck, LoadConditions, LoadFault
 from slider_drilling.rig import load_rig
@@ -133,7 +135,7 @@ def test_winding_excuses_torque_to_its_side_only(side, latches):
     slide = Slide()
     slide.run(300.0)
     winding = LoadConditions(True, True, 0.2, side * 800.0, 0.0, 140e3)
-    fault = slide.run(200.0, torque=450.0 / LEVER, pressure=0.0, conditions=winding)
+    fault = slide.run(200.0, torque=600.0 / LEVER, pressure=0.0, conditions=winding)
     assert (fault is not None) == latches
 
 
@@ -203,3 +205,26 @@ def test_drag_that_may_let_go_counts_as_weight():
     shown = slide.check.weight_after_release(WEIGHT, WEIGHT + 50e3)
     assert WEIGHT + 10e3 < shown < WEIGHT + 50e3
     assert slide.check.weight_after_release(WEIGHT, math.nan) == pytest.approx(WEIGHT, rel=0.01)
+
+
+def test_drag_before_reference_is_no_jump():
+    """Drag that builds up with the load is learnt more slowly than it comes on."""
+    slide = Slide()
+    assert slide.run(100.0, hook=45e3) is None and not slide.check.evidence.known
+
+
+@pytest.mark.parametrize(
+    ("torque", "turned", "reactive", "jump"),
+    [(-2e3, 0.0, 0.0, -2e3), (6e3, 0.0, 0.0, 6e3), (-1e3, 0.0, 0.0, 0.0), (2.2e3, 6.0, 0.0, 0.0),
+     (2.2e3, -6.0, 0.0, 2.8e3), (2e3, 0.0, 1e3, 0.0)],
+)  # fmt: skip
+def test_only_torque_sensor_jumps_alone(torque, turned, reactive, jump):
+    """Averages over two strokes show half of a jump first; a drive that turns and a motor explain theirs."""
+    compliance, target, found = 5e-3, 2.8e3, 0.0
+    jumps = TorqueJump()
+    for stroke in range(16):
+        share = min(max(0.5 * (stroke - 8), 0.0), 1.0)
+        cycle = CycleAverage(3.0 + share * turned, 2.8e3 + share * torque, 2.8e3 + share * reactive, 10.0)
+        jumps.update(cycle, compliance, target)
+        found = jumps.size or found
+    assert found == pytest.approx(jump)

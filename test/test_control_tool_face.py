@@ -103,6 +103,18 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
     return estimator, x
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_known_jump_of_torque_turns_nothing(known):
+    estimator, x = slide()
+    for time in np.arange(600.0, 640.0, 4.0):
+        jump = -2e3 * min(max((time - 604.0) / 8.0, 0.0), 1.0)   # averages of two strokes show half of it first
+        if known and time == 616.0:
+            estimator.shift_torque(-2e3)
+        estimator.update_with_cycle(time, CycleAverage(S * 2900.0 + 1.0, 2900.0 + jump, 2900.0, 8.0), 1.0, 0.0)
+    assert (abs(estimator.tool_face - x) < math.radians(5.0)) == known
+    assert estimator.filter.estimate.bias == pytest.approx(-2e3 if known else 0.0, abs=300.0 if known else 800.0)
+
+
 @pytest.mark.parametrize(("softer", "motor", "bias"), [
     (0.13, 0.0, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, -500.0), (0.08, -0.12, 300.0), (0.0, 0.0, 0.0)])  # fmt: skip
 def test_string_errors_are_estimated_while_sliding(softer, motor, bias):

@@ -10,6 +10,7 @@ from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.load_evidence import LoadEvidence, LoadSample
 from slider_drilling.control.estimation.slide_state import SlideState
+from slider_drilling.control.estimation.torque_jump import TorqueJump
 from slider_drilling.control.interface import Level, Status
 from slider_drilling.control.interlocks.load_check import LoadCheck, LoadConditions, LoadFault, LoadTrip
 from slider_drilling.control.slide_settings import SlideSettings
@@ -51,6 +52,7 @@ class LoadSupervision:
         self._on_bottom_for = 0.0    # s
         self._offset = 0.0           # N m of mean torque that is none of the motor's; stays once that is learnt
         self._reference_drag = math.nan              # N
+        self._torque_jump = TorqueJump()
         self._drag_change, self._tolerated_drag = 0.0, math.inf   # N, since the reference
         self._unloaded_torque = 0.0  # N m, mean of a cycle of the breakover test
 
@@ -79,6 +81,24 @@ class LoadSupervision:
     def take_unloaded(self, cycle: CycleAverage) -> None:
         """Take a cycle of the breakover test: its mean torque is that of sensor, friction by direction, and twist."""
         self._unloaded_torque = cycle.torque
+
+    def torque_jump(self, cycle: CycleAverage, compliance: float, off_bottom: bool) -> float:
+        """Return the jump (N m) of the torque sensor that a cycle shows, 0 for none; it stops lowering.
+
+        Args:
+            cycle: That has just ended.
+            compliance: Of the string, rad/(N m).
+            off_bottom: Whether the bit is on its way back to bottom, where the string turns freely.
+        """
+        jump = self._torque_jump
+        if off_bottom:
+            jump.forget()
+            return 0.0
+        jump.update(cycle, compliance, self.check.target_torque)
+        if jump.size and self.check.trip is None:
+            figures = f"its mean jumped by {jump.size / 1e3:+.1f} kN m, which neither top drive nor motor show"
+            self.check.trip = LoadTrip(LoadFault.TORQUE, figures)
+        return jump.size
 
     def _torque_offset(self, estimated: float, sigma: float) -> float:
         """Mean torque (N m) that is none of the motor's: sensor bias, and friction larger to one side.

@@ -165,6 +165,9 @@ class SlideController:
         estimator.bit_loaded = self._permission.lower and self._block.loaded(state.pressure.smooth)
         cycle = state.advance(reference.strokes)
         if cycle is not None:
+            if not self._amplitude.testing and (jump := self._load.torque_jump(
+                    cycle, estimator.filter.compliance, self._block.return_to_bottom.under_way)):
+                estimator.shift_torque(jump)
             torque_share = self._amplitude.torque_share(state.pressure.reactive_torque)
             believed = cycle if state.pressure.assumed is None else dataclasses.replace(
                 cycle, reactive_torque=state.pressure.reactive_torque)
@@ -332,7 +335,7 @@ class SlideController:
         monitor = self._state.monitor
         block, pressure = self._block, self._state.pressure
         highest = self._load.check.weight_after_release(
-            block.auto_driller.weight_per_pressure * pressure.smooth, block.drag.smooth_deficit)
+            block.auto_driller.weight_per_pressure * pressure.smooth, block.drag.highest_deficit)
         return block.speed(pressure, monitor.value["block_position"], self.error,
                            self._amplitude.adaptation.tears_loose, highest, monitor.step)
 

@@ -10,6 +10,7 @@ from slider_drilling.control.block.return_to_bottom import ReturnToBottom
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.control.estimation.drag_monitor import DragMonitor
 from slider_drilling.control.interlocks.block_slip import BlockSlipInterlock
+from slider_drilling.control.interlocks.load_check import LET_GO_SHARE
 from slider_drilling.control.interlocks.lock_up import LockUpInterlock
 from slider_drilling.control.slide_settings import SlideSettings
 
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
 
 WEIGHT_LIMIT_SHARE = 1.4   # of the target weight, weight limit where the settings give none
 _LOADED_SHARE = 0.8       # of the allowed pressure, above which the string slides steadily
-_SLOWING_SHARE = 0.05     # of the weight limit, by which drag that lets go may come near it before lowering slows down
+_SLOWING_SHARE = 0.08     # of the weight limit, by which drag that lets go may come near it before lowering slows down
+_DRAG_LIMIT = 0.95        # of the weight limit, to which drag that lets go may bring the weight
+# Share of the target pressure that drag leaves: least that is asked for, and least with which a slide may go on.
+_MIN_DRAG_LEFT, _GOES_ON_SHARE = 0.2, 0.6
 _TOUCHED_SHARE = 0.1      # of the target pressure, at which the bit is on bottom again
 _FULL_LOAD_ERROR, _NO_LOAD_ERROR = math.radians(8.0), math.radians(13.0)   # rad of toolface left of its target
 # Share of the target pressure: reduction at a torque limit, least share, recovery per s.
@@ -70,8 +74,16 @@ class BlockControl:
 
     @property
     def allowed_pressure(self) -> float:
-        """Target pressure less what torque limits and lock-up take off, Pa."""
-        return self.lock_up.share_left * self.torque_limit_share * self.target_pressure
+        """Target pressure less what torque limits, lock-up and drag that may let go take off, Pa."""
+        share = self.lock_up.share_left * self.torque_limit_share
+        return min(share, self.drag_limit_share) * self.target_pressure
+
+    @property
+    def drag_limit_share(self) -> float:
+        """Share of the target pressure with which drag may let go at once without passing the weight limit."""
+        drag = max(self.drag.drag, 0.0) if math.isfinite(self.drag.drag) else 0.0
+        weight = _DRAG_LIMIT * self.weight_limit - LET_GO_SHARE * drag
+        return min(max(weight / self.target_weight_on_bit, _MIN_DRAG_LEFT), 1.0)
 
     def loaded(self, pressure: float) -> bool:
         """Whether the bit is loaded at this pressure (Pa) across the motor and the string slides after it."""
@@ -102,9 +114,10 @@ class BlockControl:
 
     def update_lock_up(self, pressure: float, step: float) -> None:
         """Check that weight arrives at the bit: pressure across the motor Pa, time since the last sample s."""
-        # Drag that may let go at once without passing the weight limit does not lock the string up.
-        drag = 0.0 if self.drag.room(self.weight_limit) > 0.0 else self.drag.share
-        self.lock_up.update(drag, pressure, self.allowed_pressure, step)
+        # Drag that leaves most of the weight does not lock the string up.
+        drag = 0.0 if self.drag_limit_share > _GOES_ON_SHARE else self.drag.share
+        allowed = self.lock_up.share_left * self.torque_limit_share * self.target_pressure
+        self.lock_up.update(drag, pressure, allowed, step)
 
     def pick_up(self) -> float:
         """Block speed (m/s) that lifts the bit."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _TARE_TIME = 10.0      # s, time constant
 _AVERAGING_TIME = 15.0   # s, one stroke or two
+_QUICK_TIME, _STROKE_SPREAD = 3.0, 3e3   # s and N, while weight comes on: strokes move the average of seconds so far
 _BIT_SIGMA = 0.1       # share, one standard deviation of the bit's weight per torque
 _FREE_DRAG, _HANGING_DRAG = 0.3, 0.55   # shares of drag: below, all lowered weight arrives; above, none does
 _ROOM_SHARE = 0.1      # of the weight limit: room for drag that lets go, below which lowering slows down
@@ -48,7 +49,7 @@ class DragMonitor:
         self._drag_below = rotating.tension - sliding.tension   # N, of the non-rotating pipe below each depth
         self._full_drag = max(float(self._drag_below[0]), 1.0)
         self._friction_scale = 1.0
-        self._off_bottom_load = self._load = math.nan   # N
+        self._off_bottom_load = self._load = self._quick_load = math.nan   # N
         self._tared = False
         self._weight = 0.0   # N on the bit, from pressure
         self.drag = math.nan
@@ -84,8 +85,9 @@ class DragMonitor:
         if not math.isfinite(hook_load):
             return
         if math.isnan(self._load):
-            self._load = hook_load
+            self._load = self._quick_load = hook_load
         self._load += (1.0 - math.exp(-step / _AVERAGING_TIME)) * (hook_load - self._load)
+        self._quick_load += (1.0 - math.exp(-step / _QUICK_TIME)) * (hook_load - self._quick_load)
         self._friction_scale = friction_scale
         self._weight = weight_on_bit
         self.drag = self._off_bottom_load - self._load - weight_on_bit
@@ -101,6 +103,11 @@ class DragMonitor:
     def smooth_deficit(self) -> float:
         """The same, averaged over a stroke or two, N; NaN before the first sample."""
         return self._off_bottom_load - self._load
+
+    @property
+    def highest_deficit(self) -> float:
+        """The same, averaged over seconds where that is more: while weight comes on, N; NaN before the first sample."""
+        return self._off_bottom_load - min(self._load, self._quick_load + _STROKE_SPREAD)
 
     @property
     def full_drag(self) -> float:

@@ -29,6 +29,7 @@ _X, _B, _S, _K, _BETA, _TAU, _C, _D = range(8)
 _STATES = 8
 _UNKNOWN_ANGLE = 100.0    # rad2, variance of an angle that may be anywhere
 _STEP_SIGMA = 0.3         # share of the twist by a change of reactive torque
+_SHIFT_SIGMA = 0.15        # share of a jump of the bias
 _MIN_S, _MIN_K, _MAX_CORRECTION = -0.3, -0.6, 0.6   # bounds of s and of k
 _MAX_LOG_TIME = 1.6       # bound of l, to either side
 _PRIOR_SIGMA = {"compliance": 0.08, "motor": 0.12, "bias": 200.0, "log_time": 0.5}
@@ -99,6 +100,22 @@ class StringKalmanFilter:
             self._covariance[row, :] = 0.0
             self._covariance[:, row] = 0.0
             self._covariance[row, row] = own
+
+    def shift_bias(self, earlier: tuple[Array, Array], shift: float) -> None:
+        """Go back to an earlier `memory` with another torque-sensor bias: what came since was taken for twist.
+
+        Args:
+            earlier: Mean and covariance before the bias changed.
+            shift: Change of beta, N m.
+        """
+        self.mean, self._covariance = (part.copy() for part in earlier)
+        self.mean[_BETA] += shift
+        self._covariance[_BETA, _BETA] += (_SHIFT_SIGMA * shift) ** 2
+
+    @property
+    def memory(self) -> tuple[Array, Array]:
+        """Mean and covariance of the states, for `shift_bias`."""
+        return self.mean.copy(), self._covariance.copy()
 
     @property
     def estimate(self) -> StringEstimate:

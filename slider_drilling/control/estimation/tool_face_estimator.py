@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from slider_drilling.control.estimation.circular_histogram import CircularHistogram
 from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.follow_share import FollowShare
-from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
+from slider_drilling.control.estimation.string_kalman_filter import Array, StringKalmanFilter
+from slider_drilling.control.estimation.torque_jump import JUMP_STROKES
 from slider_drilling.control.interface import MwdSample
 
 _HISTORY_STEP = 0.5        # s between the instants that are kept
@@ -116,6 +117,7 @@ class ToolFaceEstimator:
         self.filter = StringKalmanFilter(compliance, response_time, bias, min_response_time, bias_sigma)
         self._angle = math.nan             # rad, mean of the last cycle
         self._cycle: CycleAverage | None = None
+        self._memories: deque[tuple[Array, Array]] = deque(maxlen=JUMP_STROKES)
         self._reactive_torque = math.nan   # N m, at the last advance
         self._torque_share = 1.0           # w of the last cycle
         self._innovation = 1.0             # mean of the normalised innovation squared, at least 1
@@ -215,9 +217,21 @@ class ToolFaceEstimator:
         during = [instant.tool_face for instant in self._history if instant.time > time - cycle.duration]
         mean_tool_face = sum(during) / len(during) if during else self.tool_face
         # Consecutive averages share a stroke, so each counts half.
+        self._memories.append(self.filter.memory)
         change = self.filter.update_with_cycle(
             cycle.angle, mean_tool_face, cycle.torque, cycle.reactive_torque, torque_share, 2.0 * variance)
         self._shift_history(time - cycle.duration, change)
+
+    def shift_torque(self, jump: float) -> None:
+        """Take a jump (N m) of the torque sensor for its bias, and undo what it has done to the toolface.
+
+        Call it before `update_with_cycle` takes the first whole cycle after the jump.
+        """
+        if self._memories:
+            before = self.tool_face
+            self.filter.shift_bias(self._memories[0], jump)
+            self._shift_history(self._history[-1].time, self.tool_face - before)
+        self._memories.clear()
 
     def _start(self, time: float, cycle: CycleAverage, reference: float) -> None:
         """Start the history with the first cycle, then take the MWD samples that came before it."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from slider_drilling.control.estimation.load_evidence import RATE_WINDOW, LoadChange, LoadEvidence, LoadSample
 
-_TORQUE_SIGMAS = 350.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
+_TORQUE_SIGMAS = 500.0      # N m, how far torque and pressure may disagree: bias, a toolface that creeps, noise
 _SAFE_SIDE = 2.0            # times that, where torque stands for less than pressure: the weight is then too small
 # Share of the target torque besides, until the reference period has ended: a held bit. It falls to none in this time
 # (s), because a bit that is held for so long and pressure that is lost look the same.
@@ -37,7 +37,7 @@ _MIN_DRAG_SHARE, _MAX_DRAG_SHARE, _HOOK_TOLERANCE = -0.2, 1.25, 12e3
 # weight, and s for which the first is remembered.
 _HOOK_JUMP_SHARE, _HIDDEN_SHARE, _HOOK_JUMP_MEMORY = 0.25, 0.3, 120.0
 _JUMP_SHARE = 0.4           # of the target weight, by which weight by hook load may exceed the other two
-_LET_GO_SHARE = 0.42        # of the drag, that rocking may let go at once: it turns into weight on the bit
+LET_GO_SHARE = 0.85         # of the drag, the most that rocking was seen to let go at once
 _RELEASE_SHARE = 0.92       # of the weight limit, below which lowering goes on
 # A sudden change of pressure that the hook load does not show: time constants of the averages that are compared, and
 # shares of the target weight. Drag that lets go turns into weight on the bit, so a rise may be larger by most of it.
@@ -134,7 +134,7 @@ class LoadCheck:
         self._rate_hidden = self._stopped_left = 0.0
 
     def weight_after_release(self, pressure_weight: float, hook_deficit: float) -> float:
-        """Weight on bit (N) if rocking let go of drag, from the channel that shows the most.
+        """Weight on bit (N) if rocking let go of drag at once, from the channel that shows the most.
 
         Args:
             pressure_weight: Weight on bit by pressure, N.
@@ -143,7 +143,7 @@ class LoadCheck:
         shown = (pressure_weight, self.weight, self._by_torque)
         weight = max(value for value in shown if math.isfinite(value))
         drag = max(hook_deficit - weight, 0.0) if math.isfinite(hook_deficit) else 0.0
-        return weight + _LET_GO_SHARE * drag
+        return weight + LET_GO_SHARE * drag
 
     @property
     def holds(self) -> bool:
@@ -261,8 +261,9 @@ class LoadCheck:
         weight = max(self.evidence.by_pressure(sample), self.evidence.by_torque(sample))
         drag = sample.hook_deficit - self.evidence.by_pressure(sample)
         change = self.weight - weight
-        jumped = change > _JUMP_SHARE * self.target_weight or (
-            -change > _HIDDEN_SHARE * self.target_weight and self._hook_jump_left > 0.0)
+        # Until the reference is known drag builds up with the load, faster than it is learnt.
+        jumped = self.evidence.known and (change > _JUMP_SHARE * self.target_weight or (
+            -change > _HIDDEN_SHARE * self.target_weight and self._hook_jump_left > 0.0))
         low = _MIN_DRAG_SHARE * self.target_weight - _HOOK_TOLERANCE
         high = _MAX_DRAG_SHARE * conditions.full_drag + _HOOK_TOLERANCE
         agree = abs(self.evidence.difference) < min(_TORQUE_SIGMAS, 0.5 * self.tolerance)
