@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
 from slider_drilling.diagnosis.result import Diagnosis
@@ -14,6 +14,9 @@ from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.rig import Rig
+
+if TYPE_CHECKING:
+    from slider_drilling.twin.ask import Windows
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,8 @@ def parse_since(text: str | None) -> float | Literal["auto"] | None:
     return value
 
 
-def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
-    """When a change began by the twin's change detection, run over the whole log.
+def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Windows]:
+    """When a change began by the twin's change detection, run over the whole log, and what to compare for it.
 
     Raises:
         InputError: It detects no change.
@@ -84,8 +87,8 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> Since:
             progress("looking for a change", 0.5 * min(report.time / length, 1.0))
         if twin.detections:
             first = twin.detections[0]
-            begin = windows_of_change(first.interval, 0.0, length).after
-            return Since(first.since, first.interval, found=True, log_start=begin)
+            windows = windows_of_change(first.interval, first.detected, 0.0, length)
+            return Since(first.since, first.interval, found=True, log_start=windows.after), windows
     raise InputError(f"--since auto: {log.source}: no change detected; give the time from which on to compare")
 
 
@@ -106,18 +109,9 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
         )
     log = request.logs[0]
     if request.since == "auto":
-        since = find_since(log, rig, progress)
-        before, after = _around(log, since)
+        since, windows = find_since(log, rig, progress)
+        before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.after, log.end)
     else:
         since = Since(request.since, log_start=request.since)
         before, after = split_at(log, since.time)
     return diagnose_change([before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress)
-
-
-def _around(log: RigLog, since: Since) -> tuple[RigLog, RigLog]:
-    """The log before and after a change that was found; what lies within its interval belongs to neither."""
-    from slider_drilling.twin.ask import windows_of_change
-
-    assert since.interval is not None
-    windows = windows_of_change(since.interval, 0.0, log.end)
-    return cut_time_window(log, *windows.before), cut_time_window(log, windows.after, log.end)

@@ -29,6 +29,7 @@ from slider_drilling.twin.watch import reports_of
 _FITTED = {
     "short": (0.01, 5.0), "brief": (4.0, 60.0), "slow": (0.005, 10.0), "memory": (30.0, 2000.0), "drift": (0.005, 5.0),
     "jump": (0.005, 10.0), "fresh": (0.01, 100.0), "fade": (8.0, 200.0),
+    "weighed": (0.005, 20.0), "loaded": (0.005, 20.0), "settling": (5.0, 300.0), "steered": (0.002, 5.0),
 }  # fmt: skip
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
 _MIN_VALUES = 20
@@ -46,7 +47,7 @@ def deviance(slide: Slide, wander: Wander) -> float:
 
 
 def fit_wander(slides: Sequence[Slide], start: Wander) -> Wander:
-    """The likeliest numbers; threshold, smallest change and memory of a burst are those of the start."""
+    """The likeliest numbers; those of a burst, of a swing, threshold and smallest change are those of the start."""
     begin = np.log([max(getattr(start, name), low) for name, (low, _) in _FITTED.items()])
 
     def at(logarithms: np.ndarray) -> Wander:

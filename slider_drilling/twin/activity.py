@@ -6,6 +6,7 @@ stretches of the same mode. Calibration is stricter: it also waits until the bit
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands
 from slider_drilling.rig import Rig
+from slider_drilling.twin.samples import Array
 
 _MEMORY_S = 120.0
 _STILL = 0.02  # rad/s, of a drive that is parked
@@ -25,11 +27,16 @@ _STEERING_S = 30.0  # after it
 _FLOW_CHANGE = 0.02  # of the flow
 _PUMP_ON = 0.3  # of the reference flow
 _LIFTED_M, _BLOCK_S = 0.05, 15  # by which a block picks up, m, and s over which it is averaged
+_IDLE = {"hardly loaded": "the bit is hardly loaded", "off bottom": "off bottom", "pump off": "pump off"}
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _DEFAULT_WINDOW_S = 20.0
 _LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
 _LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
 _STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
+_SMALL_LOAD, _SMALL_SHIFT = 0.1, 1.0  # of the largest load, and rad: smaller changes from period to period are jitter
+_LEAST_SWING, _WIDER = 0.1, 0.1  # rad; share by which a swing exceeds all before: it reaches what has not been seen yet
+_KEPT = math.exp(-1.0 / 100.0)  # of what a change brought, from one second to the next: rocking relaxes it
+_LIGHT, _LOADED = 0.12, 0.2  # of the largest load: the bit hardly drills below the first, until it exceeds the second
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,7 @@ class Activity:
     """What the rig does now.
 
     Attributes:
-        mode: ``rocking``, ``parked``, ``turning``, ``off bottom`` or ``pump off``.
+        mode: ``rocking``, ``parked``, ``turning``, ``hardly loaded``, ``off bottom`` or ``pump off``.
         settled: Whether the rig can be calibrated with what the channels show.
         why: In words, where it cannot.
         period: s, of the rocking; of other work a stretch to average over.
@@ -45,6 +52,10 @@ class Activity:
         begun: s, when that began.
         comparable: Whether a window of one period belongs to the stretch alone, with the bit on bottom and the pump on.
         valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
+        load: Weight on bit over the last rocking period, of its largest.
+        loading: How far the weight on bit has moved in the last minutes, of its largest; older changes fade.
+        steering: How far the centre of the rocking has moved so far, rad; small moves count by their squares.
+        swing: Logarithm of how far the drive swings, rad.
     """
 
     mode: str
@@ -55,6 +66,39 @@ class Activity:
     begun: float
     comparable: bool
     valid_until: float
+    load: float = 0.0
+    loading: float = 0.0
+    steering: float = 0.0
+    swing: float = 0.0
+
+
+class Travel:
+    """How far something has moved: the sum of its changes from one rocking period to the next.
+
+    Args:
+        small: Changes up to this size count by their squares, larger ones by their size.
+
+    Attributes:
+        total: So far.
+        remembered: The same, older changes fading: what they brought relaxes.
+    """
+
+    def __init__(self, small: float) -> None:
+        self._small = small
+        self.total = self.remembered = 0.0
+        self._means: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
+
+    def add(self, mean: float, period: float) -> None:
+        """Take the mean of the period, s, that ends now, once a second; NaN where it has none: it begins anew."""
+        if math.isnan(mean):
+            self._means.clear()
+        else:
+            self._means.append(mean)
+        apart = max(round(period), 1)
+        moved = self._means[-1] - self._means[-1 - apart] if len(self._means) > apart else 0.0
+        more = moved**2 / (self._small + abs(moved)) / apart
+        self.total += more
+        self.remembered = _KEPT * self.remembered + more
 
 
 class ActivityMonitor:
@@ -77,14 +121,17 @@ class ActivityMonitor:
         self._mode = ""
         self._stretch, self._begun = 0, -np.inf
         self._last_period, self._steered_until = _DEFAULT_WINDOW_S, -np.inf
-        self._angles: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
+        self._angles: deque[Array] = deque(maxlen=round(_PERIODS_S[1]) + 1)
         self._centres: deque[float] = deque(maxlen=round(_CENTRE_S))
         self._valid_until = np.inf
         self._loads: deque[float] = deque(maxlen=_LOAD_MEMORY_S)
         self._on_bottom_at = self._on_bottom_since = -np.inf
+        self._loading, self._steering = Travel(_SMALL_LOAD), Travel(_SMALL_SHIFT)
+        self._load, self._largest_load, self._light = 0.0, 1.0, False
+        self._swing, self._widest = 0.0, -math.inf
 
     def update(self, commands: Commands, weight_on_bit: float) -> Activity:
-        """Take the drives' motion of the last second and the plant's weight on bit then, N."""
+        """Take the drives' motion of the last second and the plant's mean weight on bit in it, N."""
         now = float(commands.time[-1])
         if self._unsettled_until is None:
             self._unsettled_until, self._begun = now + _SETTLING_S, now
@@ -96,17 +143,26 @@ class ActivityMonitor:
         self._follow_load(weight_on_bit, now)
         mode = self._present_mode(now)
         if mode != self._mode:
-            self.disturb(now, f"the rig is {mode}" if "off" not in mode else mode)
+            self.disturb(now, _IDLE.get(mode, f"the rig is {mode}"))
             if mode in ("parked", "turning"):
                 self._valid_until = self._moved_at if mode == "parked" else self._turned_since
             self._mode = mode
         self._follow_centre(commands, now)
-        idle = mode in ("off bottom", "pump off")
-        steered, unsettled = now < self._steered_until, now < self._unsettled_until
-        why = mode if idle else self._unsettled if unsettled else "the centre of the rocking moves" if steered else ""
+        why = self._why_unsettled(mode, now)
         period = self._period()
-        comparable = not idle and now - self._begun >= period + _FADING_S
-        return Activity(mode, not why, why, period, self._stretch, self._begun, comparable, self._valid_until)
+        comparable = mode not in _IDLE and now - self._begun >= period + _FADING_S
+        return Activity(
+            mode, not why, why, period, self._stretch, self._begun, comparable, self._valid_until,
+            self._load, self._loading.remembered, self._steering.total, self._swing,
+        )  # fmt: skip
+
+    def _why_unsettled(self, mode: str, now: float) -> str:
+        """Why the rig cannot be calibrated now; empty if it can."""
+        if mode in _IDLE:
+            return _IDLE[mode]
+        if self._unsettled_until is not None and now < self._unsettled_until:
+            return self._unsettled
+        return "the centre of the rocking moves" if now < self._steered_until else ""
 
     def disturb(self, now: float, why: str) -> None:
         """End the stretch of work now, s, for a reason in words."""
@@ -131,12 +187,25 @@ class ActivityMonitor:
 
     def _follow_centre(self, commands: Commands, now: float) -> None:
         """Notice steering: the mean angle of a rocking period moves."""
-        self._angles.append(float(np.mean(commands.top_drive_angle)))
-        recent = list(self._angles)[-max(round(self._last_period), 1) :]
-        centre = float(np.mean(recent))
+        self._angles.append(commands.top_drive_angle)
+        interval = float(commands.time[1] - commands.time[0])
+        recent = np.concatenate(list(self._angles)[-math.ceil(self._last_period) - 1 :])
+        recent = recent[-max(round(self._last_period / interval), 1) :]
+        centre, self._swing = float(np.mean(recent)), math.log(max(float(np.ptp(recent)), _LEAST_SWING))
         if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
             self._steered_until = now + _STEERING_S
         self._centres.append(centre)
+        if self._mode == "rocking" and now >= self._begun + self._last_period:
+            self._notice_wider_swing(now)
+        self._steering.add(centre if self._mode == "rocking" else math.nan, self._last_period)
+
+    def _notice_wider_swing(self, now: float) -> None:
+        """A swing that is wider than any before may turn what has been at rest: other work, until it has settled."""
+        if self._swing > self._widest + _WIDER:
+            if math.isfinite(self._widest):
+                self.disturb(now, "the drive swings wider than before")
+                self._valid_until = min(self._valid_until, now - 2.0 * self._last_period)
+            self._widest = self._swing
 
     def _follow_pump(self, commands: Commands, now: float) -> None:
         share = float(np.mean(commands.pump_speed)) * self._rig.mud_pump.displacement
@@ -163,6 +232,11 @@ class ActivityMonitor:
         if self._off_bottom(now):
             self._on_bottom_since = now
         self._loads.append(weight_on_bit)
+        if math.isfinite(weight_on_bit):
+            self._largest_load = max(self._largest_load, float(np.mean(self._loads)))
+            self._load = float(np.mean(list(self._loads)[-max(round(self._last_period), 1) :])) / self._largest_load
+            self._loading.add(self._load, self._last_period)
+            self._light = self._load < (_LOADED if self._light else _LIGHT)
         if now - self._on_bottom_since < _LOADING_S:
             half = len(self._loads) // 2
             loads = np.array(self._loads)
@@ -179,6 +253,8 @@ class ActivityMonitor:
             return "pump off"
         if self._off_bottom(now):
             return "off bottom"
+        if self._light:
+            return "hardly loaded"
         if now - self._moved_at > _PARKED_S:
             return "parked"
         if now - self._turned_since > max(_TURNING_S, _TURNING_SHARE * self._last_period):

@@ -15,7 +15,9 @@ MIN_BASELINE_S = 150.0
 """Shortest time before a change from which it can be named: less does not show what the rig was like."""
 
 _BEFORE_S = 600.0  # of samples from before a change
-_MARGIN_S = 10.0  # before the earliest time at which it can have begun
+# s before the earliest time at which it can have begun; and share of the time since then until it was seen: what is
+# seen late grew slowly, and may have begun earlier than it looks.
+_MARGIN_S, _MARGIN_SHARE = 10.0, 0.4
 _MIN_AFTER_S = 40.0
 
 
@@ -63,16 +65,17 @@ class Windows:
     after: float
 
 
-def windows_of_change(interval: tuple[float, float], started: float, now: float) -> Windows:
+def windows_of_change(interval: tuple[float, float], seen: float, started: float, now: float) -> Windows:
     """What to compare.
 
     Args:
         interval: s, within which the change began.
+        seen: s, when it was seen.
         started: s, of the first samples.
         now: s.
     """
     low, high = interval
-    end = low - _MARGIN_S
+    end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
     return Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
 
 

@@ -25,6 +25,7 @@ _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no b
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
 _MIN_BEFORE = 12  # values before a change
 _LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
+_SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
 
 
@@ -42,6 +43,11 @@ class Wander:
         fresh: Of what an operation leaves, when the stretch after it begins.
         fade: s, in which that falls to 1 / e.
         burst: s, memory of that; infinite if it only fades.
+        weighed: Of what goes with the load on the bit, at all of it.
+        loaded: Of what a change of the load on the bit by all of it brings for a while.
+        settling: s, memory of that.
+        steered: Of what stays when the centre of the rocking has moved by 1 rad.
+        swung: Of what a swing of the drive has of its own, beside other swings.
         threshold: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
     """
@@ -55,6 +61,11 @@ class Wander:
     fresh: float
     fade: float
     burst: float
+    weighed: float
+    loaded: float
+    settling: float
+    steered: float
+    swung: float
     threshold: float
     smallest: float
 
@@ -69,6 +80,8 @@ class FeatureSeries:
         stretch: Number of the stretch of work, (n,).
         begun: s, when that stretch began, (n,).
         window: s over which each value was taken, (n,).
+        load, loading, steering, swing: The load, how it and the centre change, and the swing of the drive, see
+            `activity.Activity`, (n,).
         sensitivity: (n, p) to the tracked parameters.
     """
 
@@ -77,6 +90,10 @@ class FeatureSeries:
     stretch: Array
     begun: Array
     window: Array
+    load: Array
+    loading: Array
+    steering: Array
+    swing: Array
     sensitivity: Array
 
 
@@ -155,12 +172,21 @@ def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) ->
         _LEVEL**2 + wander.short**2 * np.exp(-apart / wander.brief) + wander.slow**2 * kept
         + wander.drift**2 * np.outer(drifted, drifted)
         + same * (wander.jump**2 + np.outer(fresh, fresh) * np.exp(-apart / wander.burst))
+        + wander.weighed**2 * np.outer(series.load, series.load)
+        + np.outer(wander.loaded * series.loading, wander.loaded * series.loading) * np.exp(-apart / wander.settling)
+        + wander.steered**2 * _random_walk(series.steering)
+        + wander.swung**2 * np.exp(-0.5 * ((series.swing[:, None] - series.swing[None, :]) / _SWING) ** 2)
         + series.sensitivity @ uncertain.covariance @ series.sensitivity.T
     )  # fmt: skip
     for moved in (series.sensitivity @ uncertain.wanders).T:
         late = _LATE * (moved - np.interp(time - _LATE_S, time, moved))
         whole += kept * np.outer(moved, moved) + np.exp(-apart / _LATE_MEMORY_S) * np.outer(late, late)
     return np.asarray(whole + 1e-6 * np.eye(time.size))
+
+
+def _random_walk(travel: Array) -> Array:
+    """Covariance (n, n) of a walk that goes on as far as the work moves something; travel: variance so far, (n,)."""
+    return np.minimum.outer(travel, travel) - travel[0]
 
 
 def _begins(time: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.wander import WANDERS
 
 MEMORY_S = 1800.0
-_CONFIRMED_S = 9.0  # for which a feature must show a change without a break
+_SEEN_LATER_S = 10.0
+_CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
 Key = tuple[str, str, str]
 """Mode of the work, channel and kind of a feature."""
@@ -44,6 +45,10 @@ class _Value:
     stretch: int
     begun: float
     window: float
+    load: float
+    loading: float
+    steering: float
+    swing: float
     sensitivity: Array
 
 
@@ -72,7 +77,8 @@ class ChangeDetector:
                 continue
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
-                time, feature.value, activity.stretch, activity.begun, activity.period, feature.sensitivity
+                time, feature.value, activity.stretch, activity.begun, activity.period, activity.load,
+                activity.loading, activity.steering, activity.swing, feature.sensitivity,
             ))  # fmt: skip
             while series[0].time < time - MEMORY_S:
                 series.popleft()
@@ -96,9 +102,16 @@ class ChangeDetector:
     def series(self, mode: str, channel: str, kind: str) -> FeatureSeries:
         """What is kept of a feature, one value or more."""
         values = self._series[mode, channel, kind]
-        names = ("time", "value", "stretch", "begun", "window")
-        time, value, stretch, begun, window = np.array([[getattr(each, name) for name in names] for each in values]).T
-        return FeatureSeries(time, value, stretch, begun, window, np.stack([each.sensitivity for each in values]))
+        columns = {
+            field.name: np.array([getattr(each, field.name) for each in values]) for field in fields(FeatureSeries)
+        }
+        series = FeatureSeries(**columns)
+        # A feature shows at once how load and centre move, their means over two periods a little later.
+        later = series.time + _SEEN_LATER_S
+        return replace(
+            series, loading=np.interp(later, series.time, series.loading),
+            steering=np.interp(later, series.time, series.steering),
+        )  # fmt: skip
 
     def test(self, mode: str, channel: str, kind: str) -> Alarm | None:
         """An alarm if the feature has shown a change for some time, beyond what happens by chance."""

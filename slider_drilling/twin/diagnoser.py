@@ -84,7 +84,8 @@ class Diagnoser:
         times = self._buffers["top_drive_angle"].time
         started = float(times[0]) if times.size else now
         middle = now - min(_RECENT_S, 0.5 * (now - started))  # where nothing was detected
-        windows = windows_of_change((middle, middle) if detection is None else detection.interval, started, now)
+        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
+        windows = windows_of_change(interval, seen, started, now)
         number = None if detection is None else detection.number
         baseline, known_for, end = self._baseline
         if baseline is None or known_for != number or end > windows.before[1]:

@@ -52,7 +52,7 @@ class Follower:
 
     Attributes:
         centre: Values of the parameters (p,) that the plant in the middle has.
-        weight_on_bit: Of that plant at the last sample, N.
+        weight_on_bit, mean_weight: Of that plant at the last sample, and over the last block, N.
     """
 
     def __init__(
@@ -61,13 +61,13 @@ class Follower:
     ) -> None:  # fmt: skip
         self._rig, self._parameters = rig, tuple(parameters)
         self.centre = np.array([parameter.nominal for parameter in parameters])
-        self.weight_on_bit = 0.0
+        self.weight_on_bit = self.mean_weight = 0.0
         self.bank = PlantBank(self._rigs(), elements, interval, start, observer_gain)
 
     def advance(self, commands: Commands, torque: Array | None = None) -> Followed:
         """Follow the drives; torque: measured at surface, N m, (n,), or None for a forecast."""
         out = self.bank.advance(commands, torque)
-        self.weight_on_bit = float(out[-1, _WEIGHT, 0])
+        self.weight_on_bit, self.mean_weight = float(out[-1, _WEIGHT, 0]), float(np.mean(out[:, _WEIGHT, 0]))
         lanes = out[:, _ROWS, :]
         sensitivity = np.zeros((*lanes.shape[:2], len(self._parameters)))
         lane = 0

@@ -15,7 +15,7 @@ from slider_drilling.twin.report import Trend
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.tracked import TrackedParameter
 
-_LONGEST_S = 1800.0  # of recorded seconds while the rig does not settle
+_LONGEST_S = 900.0  # of recorded seconds while the rig does not settle
 _TREND_MEMORY_S = 400.0
 _TRENDS = {"motor_gain": "motor_gain", "circulating_pressure": "pressure_gain",
            "string_stiffness": "torsional_stiffness"}  # fmt: skip

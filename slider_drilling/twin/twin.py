@@ -199,7 +199,7 @@ class Twin:
         self._history.add(followed, commands)
         if self._motion.missing(grid):
             self._activity.disturb(float(grid[-1]), "samples of the top drive are missing")
-        activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.weight_on_bit)
+        activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.mean_weight)
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
             self._history.clear()
             names = [parameter.name for parameter in self._parameters]

@@ -81,6 +81,33 @@ def test_steering_unsettles_until_it_is_over(rig):
     assert found[-1].settled
 
 
+def test_steering_moves_the_centre_and_rocking_does_not(rig):
+    found = _run(rig, lambda t: 5.0 * np.sin(2.0 * np.pi * t / 8.0) + (0.4 if 200.0 < t < 210.0 else 0.0), 300)
+    assert 2.0 < found[-1].steering - found[198].steering < 6.0
+    assert found[198].steering - found[100].steering < 0.5
+
+
+def test_changing_weight_is_remembered_for_minutes(rig):
+    found = _run(rig, _rocking, 700, weight=lambda s: 5e4 if s < 200 else 2.5e4)
+    assert found[198].loading < 0.01 and found[220].loading > 0.3 and found[-1].loading < 0.01
+    assert found[198].load == pytest.approx(1.0, abs=0.01) and found[-1].load == pytest.approx(0.5, abs=0.01)
+
+
+def test_bit_that_hardly_drills_is_not_compared(rig):
+    found = _run(rig, _rocking, 400, weight=lambda s: 5e4 if not 200 <= s < 300 else 4e3)
+    assert found[198].comparable and found[280].mode == "hardly loaded" and not found[280].comparable
+    assert found[-1].comparable and found[-1].stretch > found[198].stretch
+
+
+def test_wider_swing_than_ever_is_other_work(rig):
+    def wider(time):
+        return _rocking(time) * (1.3 if 200.0 <= time < 240.0 or time >= 320.0 else 1.0)
+
+    found = _run(rig, wider, 400)
+    assert found[198].comparable and any(a.why == "the drive swings wider than before" for a in found[205:225])
+    assert found[310].comparable and found[335].stretch == found[310].stretch
+
+
 def test_wave_of_the_block_is_no_pick_up(rig):
     found = _run(rig, _rocking, 300, block_speed=lambda s: 0.06 * np.sin(2.0 * np.pi * s / 10.0))
     assert all(activity.comparable for activity in found[100:])

@@ -7,7 +7,7 @@ from slider_drilling.benchmarks.twin_wander import fit_wander
 from slider_drilling.twin.change_statistic import FeatureSeries, Uncertainty, Wander, likeliest_change
 from slider_drilling.twin.wander import WANDERS, parameter_wanders
 
-_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 12.0, 0.7)
+_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 0.0, 0.0, 40.0, 0.0, 0.0, 12.0, 0.7)
 _KNOWN = Uncertainty(np.zeros((1, 1)), np.zeros((1, 1)))
 
 
@@ -21,8 +21,8 @@ def _series(seed, duration=600.0, window=10.0):
         slow[index] = level
         level = kept * level + np.sqrt(1.0 - kept**2) * random.normal()
     value = 5.0 + _WANDER.short * random.normal(size=time.size) + _WANDER.slow * slow
-    nothing = np.zeros(time.size)
-    return FeatureSeries(time, value, nothing, nothing, np.full(time.size, window), np.zeros((time.size, 1)))
+    nothing, windows = np.zeros(time.size), np.full(time.size, window)
+    return FeatureSeries(time, value, nothing, nothing, windows, *[nothing] * 4, np.zeros((time.size, 1)))
 
 
 def _change(series, more=0.0, uncertain=_KNOWN):
@@ -78,6 +78,42 @@ def test_change_between_stretches_is_dated_by_them():
     change = _change(series, 25.0 * series.stretch)
     assert change.evidence > _WANDER.threshold
     assert 190.0 < change.interval[0] + 5.0 < 260.0 < change.since < 300.0 < change.interval[1] < 360.0
+
+
+def _evidence(series, more, **wander):
+    changed = likeliest_change(replace(series, value=series.value + more), _KNOWN, replace(_WANDER, **wander))
+    return changed.evidence
+
+
+def test_what_follows_the_load_is_no_change():
+    series = _series(0)
+    load = np.where(series.time < 300.0, 0.9, 0.3)
+    series = replace(series, load=load)
+    assert _evidence(series, -3.0 * load, weighed=3.0) < _WANDER.threshold < _evidence(series, -3.0 * load)
+
+
+def test_moving_load_hides_a_short_excursion():
+    series = _series(0)
+    moves = np.exp(-(((series.time - 400.0) / 30.0) ** 2))
+    series = replace(series, loading=moves)
+    assert _evidence(series, 4.0 * moves, loaded=4.0) < _WANDER.threshold < _evidence(series, 4.0 * moves)
+
+
+def test_what_steering_leaves_is_no_change():
+    series = _series(0)
+    steered = 100.0 * _step(series, 300.0)
+    series = replace(series, steering=steered)
+    left = 2.0 * _step(series, 300.0)
+    assert _evidence(series, left, steered=0.2) < _WANDER.threshold < _evidence(series, left)
+    later = 2.0 * _step(series, 450.0)
+    assert _evidence(series, later, steered=0.2) > _WANDER.threshold
+
+
+def test_another_swing_of_the_drive_is_no_change():
+    series = _series(0)
+    wider = _step(series, 300.0)
+    series = replace(series, swing=3.0 + 0.4 * wider)
+    assert _evidence(series, 2.0 * wider, swung=1.5) < _WANDER.threshold < _evidence(series, 2.0 * wider)
 
 
 def test_what_acts_only_under_load_is_found():

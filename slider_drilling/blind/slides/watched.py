@@ -152,7 +152,7 @@ def _with_answers(
         if after >= NAMED_WITHIN_S or second >= len(known):
             break
         then, now = known[second][detection.number - 1], detection.detected + after
-        reply = _ask(log, then.interval, now, baseline)
+        reply = _ask(log, then, now, baseline)
         baseline = reply.baseline or baseline
         replies.append(reply)
         answers.append(_answer(reply, now))
@@ -164,9 +164,9 @@ def _with_answers(
     return watched, replies
 
 
-def _ask(log: RigLog, interval: tuple[float, float], now: float, baseline: PickledBaseline | None) -> Reply:
+def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaseline | None) -> Reply:
     """Ask in a process of its own, as the twin does; baseline: of the question before about the same change."""
-    windows = windows_of_change(interval, 0.0, now)
+    windows = windows_of_change(detection.interval, detection.detected, 0.0, now)
     before = baseline or cut_time_window(log, *windows.before)
     background = BackgroundDiagnosis()
     try:
