@@ -152,7 +152,7 @@ def test_unreadable_log_fails_alone(tmp_path):
     write_idle(logs / "tuesday.mcap", 2)
     (logs / "wednesday.mcap").write_bytes(b"no log at all")
     out = tmp_path / "out"
-    arguments = ["diagnose", str(logs), "-o", str(out)]
+    arguments = ["diagnose", str(logs), "-o", str(out), "--jobs", "1"]
     result = CliRunner().invoke(group, arguments, standalone_mode=False)
     assert result.return_value == 1, result.output
     tree = json.loads((out / "diagnoses.json").read_text())

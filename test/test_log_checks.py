@@ -259,7 +259,9 @@ def test_integrated_angle_carries_its_error(log, rig, integrated, severity, said
     assert said in text
 
 
-def test_diagnosis_of_an_integrated_angle_is_inconclusive(log, rig):
+def test_diagnosis_of_an_integrated_angle_is_inconclusive(log, rig, monkeypatch):
+    # The plan of the run that would tell more has tests of its own, and takes seconds.
+    monkeypatch.setattr("slider_drilling.diagnosis.diagnose.recommend_first_run", lambda *arguments: None)
     imported = replace(log, imported=ImportRecord(integrated={"top_drive_angle": IntegratedQuantity(9.0)}))
     answer = diagnose([imported], rig)
     assert answer.verdict == "inconclusive"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_expit
+from scipy.special import log_expit
 from scipy.stats import chi2
 
 Array = NDArray[np.float64]
@@ -64,10 +64,14 @@ def detection_limit(sizes: Sequence[float], named: Sequence[bool]) -> DetectionL
 
 def _profile_likelihood(x: Array, y: Array, centres: Array) -> Array:
     """(m,) the penalised log likelihood at the best slope for each centre."""
+    x, same, counts = np.unique(x, return_inverse=True, return_counts=True)
+    successes = np.bincount(same.reshape(-1), weights=y)
     t = _SLOPES[:, None, None] * (x - centres[:, None])
-    likelihood = np.sum(y * log_expit(t) + (1.0 - y) * log_expit(-t), axis=-1)
-    p = expit(t)
-    weight = p * (1.0 - p)
+    log_p = log_expit(t)
+    # log(1 - p) = log p - t
+    likelihood = np.sum(counts * log_p - (counts - successes) * t, axis=-1)
+    p = np.exp(log_p)
+    weight = counts * p * (1.0 - p)
     # Entries of the Fisher information of intercept and slope; Firth's penalty is half its log determinant.
     a, b, c = weight.sum(-1), (weight * x).sum(-1), (weight * x * x).sum(-1)
     best: Array = (likelihood + 0.5 * np.log(np.maximum(a * c - b * b, 1e-12))).max(axis=0)

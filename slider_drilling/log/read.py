@@ -12,9 +12,9 @@ from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 from slider_drilling.log.import_record import RECORD, ImportRecord
+from slider_drilling.log.interleaved import keep_one_of_interleaved
 from slider_drilling.log.log_files import find_log_files, open_reader
 from slider_drilling.log.log_reader import LogReader
-from slider_drilling.log.interleaved import keep_one_of_interleaved
 from slider_drilling.log.publishers import keep_one_publisher, split_signals
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import build_series

@@ -1,4 +1,4 @@
-"""The whole engine on a linear model: false alarms, names, intervals, over 200 replicates."""
+"""The whole engine on a linear model: false alarms, names, intervals, over 120 replicates."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.selection.state import CandidateResult, SelectionStep
 
 TUNED = {"level": 2.0, "slope": -1.5}
-REPLICATES = 100
+REPLICATES = 60
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def sawn():
 
 def test_false_alarms_stay_at_their_level(quiet):
     alarms = sum(answer.verdict not in ("none", "parameters") for answer in quiet)
-    # one of a hundred by each of the two tests that may raise one
+    # one in a hundred by each of the two tests that may raise one
     assert alarms <= binom.ppf(0.999, REPLICATES, 0.02)
 
 

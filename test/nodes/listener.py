@@ -7,9 +7,11 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_process import NodeProcess
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
@@ -103,6 +105,13 @@ class Listener:
         future = client.call_async(kind.Request(**request))
         self.until(future.done, name)
         return future.result()
+
+    def lower_at(self, speed: float) -> None:
+        """Let a rig in lockstep go on until its block is lowered, and then at `speed` times real time."""
+        self.until(lambda: any(block[2] > 0.001 for block in self.heard["draw_works"]), "lowered")
+        wanted = [Parameter("speed", value=speed).to_parameter_msg()]
+        (result,) = self.call(SetParameters, "friction_simulator/set_parameters", parameters=wanted).results
+        assert result.successful, result.reason
 
     def close(self) -> None:
         """Leave the graph."""

@@ -53,8 +53,8 @@ def test_paused_simulator_leaves_controller_as_it_is(start, listener):
 
 def test_ending_controller_stops_block_and_drive(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
-    start("friction_simulator", elements=20, speed=2.0, wait_for_controller=True, command_timeout=60.0)
-    listener.until(lambda: any(block[2] > 0.001 for block in listener.heard["draw_works"]), "lowered")
+    start("friction_simulator", elements=20, command_timeout=60.0)
+    listener.lower_at(2.0)
     controller.process.send_signal(signal.SIGINT)
     assert controller.end() == 0, controller.output
     listener.until_time(listener.time + 3.0)

@@ -16,8 +16,8 @@ COMMANDS = "friction_simulator: commands"
 
 def test_lost_controller_stops_block_until_commands_return(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
-    start("friction_simulator", elements=20, speed=2.0, wait_for_controller=True)
-    listener.until(lambda: any(block[2] > 0.001 for block in listener.heard["draw_works"]), "lowered")
+    start("friction_simulator", elements=20)
+    listener.lower_at(2.0)
     controller.kill()
     listener.until_status(COMMANDS, ERROR, "no command on top_drive/command and draw_works/command for 1 s")
     # A drive that is braked in finite steps ends at zero but for rounding.
