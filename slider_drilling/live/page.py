@@ -69,7 +69,7 @@ class PageView:
         with ui.element("div").classes("sd-head"):
             ui.label(TITLE).classes("sd-title")
             self._facts = ui.label("waiting for the rig").classes("sd-fact").props("data-name=facts")
-        with ui.element("div").classes("sd-figures").props("data-name=figures"):
+        with ui.element("div").classes("sd-figures").props("data-name=figures") as self._figure_row:
             self._figures = [_Figure(name) for name, _ in drilling_figures(state, units)]
         self._instruments = Instruments(labels_json(units))
         self._twin = TwinPanel(state, self._send, units, self._display)
@@ -161,6 +161,7 @@ class PageView:
         age, freshness = state.samples_age()
         self._facts.classes(replace=f"sd-fact sd-{freshness.value}")
         self._instruments.classes(replace=f"sd-{freshness.value}")
+        self._figure_row.classes(replace=f"sd-figures sd-{freshness.value}")
         silence = "" if freshness is Freshness.FRESH else f" (no sample since {age:.0f} s)"
         facts = [f"{latest.time:.0f} s{silence}"]
         rocking, turn = rocking_json(state, self._units), self._units.display_unit("rad")

@@ -221,14 +221,17 @@ def test_dead_rig_looks_dead(
     """The last test of this module: the slide does not come back."""
     page = open_page(1440, 900)
     assert page.locator(".sd-status .sd-ok").count() > 0
+    assert page.locator("[data-name=figures].sd-fresh").count() == 1
     assert slide.stdin is not None and slide.stdout is not None
     slide.stdin.write("die\n")
     slide.stdin.flush()
     assert slide.stdout.readline().strip() == "dead"
     page.locator(".sd-status.sd-late").first.wait_for()
     page.locator(".sd-status.sd-lost").first.wait_for()
-    page.wait_for_timeout(3000)
-    assert page.locator(".sd-ok").count() == 0
+    page.wait_for_function("document.querySelectorAll('.sd-ok').length == 0", timeout=10_000)
+    faded = "name => Number(getComputedStyle(document.querySelector(name)).opacity) < 0.5"
+    for name in (".sd-figures", ".sd-instruments"):
+        assert page.evaluate(faded, name), f"{name}: numbers of a dead rig look alive"
     texts = page.locator("[data-name=statuses] .sd-status").all_inner_texts()
     assert texts and all(re.search(r"no word since \d+ s", text) for text in texts)
     assert re.search(r"\d+ s \(no sample since \d+ s\)", page.locator("[data-name=facts]").inner_text())
