@@ -22,6 +22,7 @@ from slider_drilling.analysis.driller_weights import DrillerWeights, check_weigh
 from slider_drilling.analysis.fit_friction import IntervalFriction, interval_frictions
 from slider_drilling.analysis.friction_misfit import friction_intervals, with_friction_factors
 from slider_drilling.errors import InputError
+from slider_drilling.gap.results.intervals import TWO_SIDED_95
 from slider_drilling.log.series import Array
 from slider_drilling.rig import FrictionInterval, Rig
 from slider_drilling.units import SI, Units
@@ -36,7 +37,6 @@ _COMMON_SIGMA, _RATIO_SIGMA = 3.0, 0.3  # of ln(factor): all intervals together,
 _WEIGHT_SIGMA = 0.03  # of ln(weight of the string)
 _TARE_SIGMA = 4.4e3  # N
 _LEVER_SIGMA = 0.15  # of ln(lever of the friction torque)
-_QUANTILE = 1.96  # of a 95 % interval
 # Rotating weight against the string's own, up to which the weights are taken as those of the string alone.
 _TARED_SHARE, _TARED_LOAD = 0.06, 15e3
 _SPEEDS = {"pick_up": (-1.0, 0.0), "slack_off": (1.0, 0.0), "rotating": (0.0, 1.0)}  # m/s, rad/s
@@ -190,7 +190,7 @@ def _result(
     problem: _Problem, point: Array, jacobian: Array, block_weight: float, notes: list[str]
 ) -> FrictionCalibration:
     factors = problem.factors(point)
-    spread = _QUANTILE * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))) * _excess(problem, point)
+    spread = TWO_SIDED_95 * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))) * _excess(problem, point)
     limits = [(float(factor * math.exp(-width)), float(factor * math.exp(width)))
               for factor, width in zip(factors, spread, strict=False)]  # fmt: skip
     rig = with_friction_factors(problem.rig, factors)

@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf, log
+from math import exp
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ from slider_drilling.blind.sealed_plant import (
     simulate_sealed,
     size_in_noise,
 )
+from slider_drilling.blind.sealed_rig import law_of_size
 from slider_drilling.diagnosis.build_model import model_without_logs
 from slider_drilling.drillstring import Commands
 from slider_drilling.files.installed_files import installed_file
@@ -143,24 +144,19 @@ def _trial(run: Commissioning, name: str, size: float, seed: int) -> tuple[float
     recorder = random_recorder_model(generator, LOG_DEFECTS["none"](generator))
     law_seed = int(generator.integers(2**31))
     neutral = simulate_sealed(run.rig, perturbation, no_effect(generator, run.rig, 1.0), run.commands)
-    amount, best = 1.0, (inf, 0.0, no_effect(generator, run.rig, 1.0), neutral)
-    for _ in range(5):
-        law = CATALOGUE_LAWS[name](np.random.default_rng(law_seed), run.rig, amount)
-        changed = simulate_sealed(run.rig, perturbation, law, run.commands)
-        reached = size_in_noise(run.rig, neutral, changed)
-        best = min(best, (abs(log(max(reached, 1e-6) / size)), reached, law, changed), key=lambda each: each[0])
-        if best[0] < log(1.1):
-            break
-        amount = float(np.clip(amount * np.clip(size / max(reached, 1e-6), 0.2, 5.0), 1e-3, 10.0))
-    shown, response = run.commands, best[3]
+    law, reached = law_of_size(
+        CATALOGUE_LAWS[name], size, run.rig, perturbation, run.commands, neutral, law_seed
+    )
     if run.plant == "foreign":
         structure = draw_structure(np.random.default_rng([seed, 3]))
-        shown, response = simulate_foreign(run.rig, perturbation, best[2], run.commands, structure, seed)
+        shown, response = simulate_foreign(run.rig, perturbation, law, run.commands, structure, seed)
+    else:
+        shown, response = run.commands, simulate_sealed(run.rig, perturbation, law, run.commands)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.mcap"
         write_sealed_log(path, run.rig, shown, response, generator, recorder)
         tree = evidence_for([read_log(path)], [name])
-    return max(best[1], 1e-6), name in as_diagnosis(tree).named_effects
+    return max(reached, 1e-6), name in as_diagnosis(tree).named_effects
 
 
 def table(plant: str, names: Sequence[str]) -> Iterator[str]:

@@ -142,7 +142,7 @@ def draw_sealed_rig(case: Case, base: Rig) -> SealedRig:
     drawn = []
     for name in case.effects:
         seed = int(generator.integers(2**31))
-        drawn.append(_law_of_size(_LAWS[name], case, rig, perturbation, commands, neutral, seed))
+        drawn.append(law_of_size(_LAWS[name], case.size, rig, perturbation, commands, neutral, seed))
     # Sizes are those in the model's own plant. What the foreign plant differs by is drawn for every log alike.
     structure = draw_structure(np.random.default_rng([case.seed, 3])) if case.plant == "foreign" else None
     return SealedRig(
@@ -177,24 +177,34 @@ def _later(law: PlantLaw, seconds: float) -> PlantLaw:
     return replace(law, change_commands=change)
 
 
-def _law_of_size(
-    factory: LawFactory, case: Case, rig: Rig, perturbation: PlantPerturbation, commands: Commands, neutral: Response,
-    seed: int,
+def law_of_size(
+    factory: LawFactory, wanted: float, rig: Rig, perturbation: PlantPerturbation, commands: Commands,
+    neutral: Response, seed: int,
 ) -> tuple[PlantLaw, float]:  # fmt: skip
-    """Returns the law whose size is nearest to the case's, and that size in noise floors."""
-    if case.size == 0.0:
+    """Returns the law whose size is nearest to the wanted one, and that size, in noise floors.
+
+    Args:
+        factory: Of the law.
+        wanted: Size, in noise floors.
+        rig: As its file states it.
+        perturbation: How the plant's numbers differ from the file.
+        commands: Of the run that the size is told in.
+        neutral: Response of that run without the law.
+        seed: Of the law's own draws.
+    """
+    if wanted == 0.0:
         return factory(np.random.default_rng(seed), rig, 1.0), 0.0
     amount, best, best_size, best_error = 1.0, None, 0.0, np.inf
     for _ in range(_TRIALS):
         # The same draw each time: only the amount differs.
         law = factory(np.random.default_rng(seed), rig, amount)
         size = size_in_noise(rig, neutral, simulate_sealed(rig, perturbation, law, commands))
-        error = abs(np.log(max(size, 1e-6) / case.size))
+        error = abs(np.log(max(size, 1e-6) / wanted))
         if best is None or error < best_error:
             best, best_size, best_error = law, size, error
         if error < np.log(SIZE_TOLERANCE):
             break
-        step = float(np.clip(case.size / max(size, 1e-6), 1.0 / _MAX_STEP, _MAX_STEP))
+        step = float(np.clip(wanted / max(size, 1e-6), 1.0 / _MAX_STEP, _MAX_STEP))
         amount = float(np.clip(amount * step, _MIN_AMOUNT, _MAX_AMOUNT))
     assert best is not None
     return best, best_size

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from slider_drilling.console.streams import stderr
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.log.follow_recording import RecordingFollower
@@ -33,7 +34,8 @@ def open_feed(
             raise InputError(f"{source}: WITS holds no rig file; give --rig")
         rig = load_rig(rig_path)
         with open_stream(source) as receive:
-            yield WitsFeed(receive, "standard input" if source == "-" else source, wits_units, rig), rig, False
+            name = "standard input" if source == "-" else source
+            yield WitsFeed(receive, name, wits_units, rig, _print_note), rig, False
         return
     if wits_units:
         raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
@@ -47,6 +49,10 @@ def open_feed(
         return
     log = read_log(path, rig_path, namespace, topics_path)
     yield LogFeed(log), log.rig(), True
+
+
+def _print_note(text: str) -> None:
+    stderr().print(f"note: {text}", markup=False)
 
 
 class _WithFirst:

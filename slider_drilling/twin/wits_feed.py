@@ -31,13 +31,14 @@ class WitsFeed:
         source: Its name, for messages.
         units: "field" or "metric".
         rig: For the pump's displacement.
-
-    Attributes:
-        notes: How columns were recognised, one sentence each.
+        note: Called with each sentence on how columns were recognised.
     """
 
-    def __init__(self, receive: Callable[[], bytes | None], source: str, units: str, rig: Rig) -> None:
-        self._receive, self._source, self._units, self._rig = receive, source, units, rig
+    def __init__(
+        self, receive: Callable[[], bytes | None], source: str, units: str, rig: Rig,
+        note: Callable[[str], None] = lambda text: None,
+    ) -> None:  # fmt: skip
+        self._receive, self._source, self._units, self._rig, self._note = receive, source, units, rig, note
         self._text = ""
         self._records: list[tuple[int, dict[str, str]]] = []
         self._mapping: TableMapping | None = None
@@ -46,7 +47,6 @@ class WitsFeed:
         self._last: dict[str, float] = {}
         self._signs: list[tuple[float, float]] = []
         self.ended = False
-        self.notes: tuple[str, ...] = ()
 
     def poll(self) -> list[Samples]:
         """See `Feed`. Raises InputError for a stream that cannot be used."""
@@ -69,7 +69,9 @@ class WitsFeed:
     def _samples(self, table: TableInMemory) -> Samples:
         if self._mapping is None:
             found = recognise(table, self._source, {}, True)
-            self._mapping, self.notes = found.mapping(self._source), tuple(found.notes)
+            self._mapping = found.mapping(self._source)
+            for text in found.notes:
+                self._note(text)
             if not {"top_drive_angle", "top_drive_speed"} & set(self._mapping.channels):
                 raise InputError(f"{self._source}: holds no top drive (RPMA); without it nothing drives the twin")
         time = self._seconds(table)

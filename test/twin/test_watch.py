@@ -73,9 +73,9 @@ def _record(second, torque, rpm):
     return "&&\r\n" + "".join(f"{item}{value}\r\n" for item, value in items.items()) + "!!\r\n"
 
 
-def _wits(rig, blocks, units="field"):
+def _wits(rig, blocks, units="field", note=lambda text: None):
     remaining = [*blocks, b""]
-    return WitsFeed(lambda: remaining.pop(0), "standard input", units, rig)
+    return WitsFeed(lambda: remaining.pop(0), "standard input", units, rig, note)
 
 
 def test_wits_records_become_si_samples(rig):
@@ -89,6 +89,13 @@ def test_wits_records_become_si_samples(rig):
     assert block == pytest.approx(0.3048 * 0.01 * np.arange(8), abs=1e-9)
     assert samples[0]["top_drive_speed"][1][0] == pytest.approx(-np.pi)
     assert sum(piece["tool_face"][0].size for piece in samples) == 1
+
+
+def test_what_was_taken_for_granted_of_wits_is_said(rig):
+    said = []
+    feed = _wits(rig, ["".join(_record(second, 5.0, -30.0) for second in range(8)).encode()], note=said.append)
+    feed.poll()
+    assert said == ["block heights are taken to count up from the floor: sign -1, from the first row"]
 
 
 def test_wits_without_units_is_refused(rig):
