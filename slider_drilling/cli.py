@@ -80,7 +80,7 @@ COMMANDS: dict[str, CommandEntry] = {
         "slider_drilling.commands.rocking_plan", "Plan how to rock at each depth: turns, torque, period, offset."
     ),
     "plan-test": CommandEntry(
-        "slider_drilling.commands.plan_test", "Plan the test programme that tells causes apart."
+        "slider_drilling.commands.plan_test", "Plan the test programme that distinguishes causes."
     ),
     "investigate": CommandEntry(
         "slider_drilling.commands.investigate", "Record, diagnose, plan a test, run it, until the answer stands."

@@ -260,12 +260,13 @@ def test_unseen_logs_measure_added_share():
     )
     groups = {"load_friction_external": ("quadratic_load",)}
     diagnosis = SimpleNamespace(state=state, candidates=(first, rival, idle), indistinguishable=groups)
-    lines = servo.judged_lines(diagnosis, [unseen])
+    lines = servo.candidate_lines(diagnosis, [unseen])
     assert "load_friction_external closes 0.50 [0.40, 0.60], of logs that no fit has seen 0.9" in lines[0]
     assert "backlash closes 0.50 [0.40, 0.60] of what load_friction_external leaves" in lines[2]
     assert "of logs that no fit has seen 0.00" in lines[2]
-    assert lines[3].startswith("Of load_friction_external and quadratic_load, not told apart, load_friction_external")
-    assert servo.judged_lines(SimpleNamespace(state=state, candidates=(first,), indistinguishable={}), []) == [
+    alike = "Of load_friction_external and quadratic_load, which the fitted logs cannot distinguish, "
+    assert lines[3].startswith(f"{alike}load_friction_external closes most")
+    assert servo.candidate_lines(SimpleNamespace(state=state, candidates=(first,), indistinguishable={}), []) == [
         "  load_friction_external closes 0.50 [0.40, 0.60]; load_friction_external.share 0.3: passed"
     ]
 

@@ -255,8 +255,8 @@ def closed(records: Sequence[Record], before: Values, after: Values) -> float:
     return 1.0 - left / was
 
 
-def judged_lines(answer: GapDiagnosis, unseen: Sequence[Record]) -> list[str]:
-    """What each finalist closes, of the record that was fitted and of one that no fit has seen."""
+def candidate_lines(answer: GapDiagnosis, unseen: Sequence[Record]) -> list[str]:
+    """What each candidate closes, of the record that was fitted and of one that no fit has seen."""
     steps = [taken for taken in answer.state.steps if taken.accepted is not None]
     known = {(): answer.state.calibrated} | {taken.accepted.fitted.names: taken.accepted.fitted for taken in steps}
     lines = []
@@ -289,7 +289,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     answer = explain(Axis(tuple(records)), seed=given.seed)
     print(answer.sentence)
     print(f"  {answer.simulation_count} simulations, {answer.runtime:.1f} s")
-    for line in judged_lines(answer, unseen):
+    for line in candidate_lines(answer, unseen):
         print(line)
     calibrated = answer.state.calibrated.fit.values
     if unseen and answer.effects:

@@ -215,7 +215,7 @@ if __name__ == "__main__":
         print(f"  {power.name:12s} shows from {size:.3g} {unit}, by routine from {routine[power.name]:.3g}")
     withheld = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0, "stribeck_drop": 0.5, "stribeck_speed": 0.04}
     answer = explain(MotorSlide((record(withheld),)))
-    gap = f"E {answer.gap_calibrated:.2f} re-tuned, {answer.gap_with_effects:.2f} with it"
+    gap = f"E {answer.gap_calibrated:.2f} calibrated, {answer.gap_with_effects:.2f} with it"
     print(f"{answer.verdict}: {' and '.join(answer.effects)}, {gap}")
     for entry in answer.candidates:
         values = {p.name: round(entry.fitted.fit.values[p.name], 4) for p in entry.effect.parameters}

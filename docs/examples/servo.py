@@ -390,9 +390,9 @@ def closed(logs: Sequence[Log], before: Values, after: Values) -> float:
     return 1.0 - left / was
 
 
-def judged_lines(answer: GapDiagnosis, unseen: Sequence[Log]) -> list[str]:
-    """What each finalist closes: of the logs that were fitted, and of the gap in those that no fit has seen; who closes
-    most of these among those that the fitted ones do not tell apart.
+def candidate_lines(answer: GapDiagnosis, unseen: Sequence[Log]) -> list[str]:
+    """What each candidate closes: of the fitted logs, and of the gap in logs that no fit has seen; which closes most of
+    these among indistinguishable ones.
     """
     steps = [taken for taken in answer.state.steps if taken.accepted is not None]
     known = {(): answer.state.calibrated} | {taken.accepted.fitted.names: taken.accepted.fitted for taken in steps}
@@ -414,8 +414,11 @@ def judged_lines(answer: GapDiagnosis, unseen: Sequence[Log]) -> list[str]:
         alike = [one for one in (name, *others) if one in elsewhere]
         if len(alike) > 1:
             best = max(alike, key=lambda one: elsewhere[one])
-            told = " and ".join(alike)
-            lines.append(f"Of {told}, not told apart, {best} closes most of the gap in the logs that no fit has seen.")
+            names = " and ".join(alike)
+            lines.append(
+                f"Of {names}, which the fitted logs cannot distinguish, {best} closes most of the gap in the logs that "
+                "no fit has seen."
+            )
     return lines
 
 
@@ -457,7 +460,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
     print(f"  {answer.simulation_count} simulations, {answer.runtime:.1f} s")
-    for line in judged_lines(answer, unseen):
+    for line in candidate_lines(answer, unseen):
         print(line)
     for title, some in (("fitted", logs), ("not fitted", unseen)):
         for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):

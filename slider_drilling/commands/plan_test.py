@@ -53,10 +53,10 @@ def command(
     weight_on_bit: float | None, pressure: float | None, toolface_swing: float | None, programmes: int, seed: int,
     output: Path, units: Units, as_json: bool,
 ) -> None:  # fmt: skip
-    """Plan the test programme that tells causes apart.
+    """Plan the test programme that distinguishes causes.
 
     Before any log: the programme within the limits with which the least visible effect shows best, while everything
-    that is calibrated stays free. After a log or a diagnosis: the programme that tells apart what may explain it, and
+    that is calibrated stays free. After a log or a diagnosis: the programme that distinguishes what may explain it, and
     shows what it could not.
     """
     from slider_drilling.api.plan_test import FILES, plan_test

@@ -1,4 +1,4 @@
-"""Tells two publishers in one channel apart by their values: every so many samples are another one's.
+"""Distinguishes two publishers in one channel by their values: every so many samples are another one's.
 
 A bag has one channel for all publishers of a topic, and most recorders number no messages. What is left are the values:
 an angle that jumps away and back with nearly every sample is two angles.

@@ -1,6 +1,6 @@
-"""Tells the publishers of one topic apart: parts of one signal are joined, a second one that sends zeros is left out.
+"""Distinguishes the publishers of one topic: parts of one signal are joined, a second one that sends zeros is left out.
 
-A log does not name publishers. What tells them apart is the channel (some recorders make one for each), the texts and
+A log does not name publishers. What distinguishes them is the channel (some recorders make one for each), the texts and
 array lengths of their messages, and their sequence numbers. Groups of messages that follow each other in time, or
 whose values agree where they overlap, are one signal in several parts.
 """
