@@ -169,7 +169,8 @@ def test_unreadable_log_fails_alone(tmp_path):
     assert sorted(path.stat().st_mtime_ns for path in (out / "results").glob("*.json")) == before
 
 
-def test_logs_are_fitted_together_on_request_only(tmp_path):
+def test_logs_are_fitted_together_on_request_only(tmp_path, monkeypatch):
+    monkeypatch.setattr("slider_drilling.diagnosis.diagnose.recommend_first_run", lambda *arguments: None)
     logs = [str(write_idle(tmp_path / f"{name}.mcap", seed)) for seed, name in enumerate(("one", "two"))]
     result = CliRunner().invoke(group, ["diagnose", *logs, "--together", "-o", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output

@@ -10,7 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.live.drilling_progress import DrillingProgress
@@ -111,6 +111,14 @@ class Notice:
     success: bool
 
 
+@dataclass
+class _KeptStatus:
+    """The latest status of a name, and when those of this name came."""
+
+    status: Status
+    arrivals: Arrivals = field(default_factory=Arrivals)
+
+
 @dataclass(frozen=True)
 class ShownStatus:
     """A status with its age.
@@ -154,14 +162,13 @@ class LiveState:
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
         self._sample_arrivals = Arrivals()
-        self._status_arrivals: dict[str, Arrivals] = {}
         self._lock = threading.Lock()
         self._samples: deque[StripSample] = deque(maxlen=MAX_SAMPLES)
         self._count = 0  # of all samples so far
         self._tool_faces: deque[ToolFacePoint] = deque(maxlen=MAX_TOOL_FACES)
         self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
         self._last_notice = 0
-        self._statuses: dict[str, Status] = {}
+        self._statuses: dict[str, _KeptStatus] = {}
         self._parameters: dict[tuple[str, str], LiveParameter] = {}
         self._rig: Rig | None = None
         self._motor: DifferentialPressure | None = None
@@ -257,7 +264,6 @@ class LiveState:
         self._samples.clear()
         self._tool_faces.clear()
         self._statuses.clear()
-        self._status_arrivals.clear()
 
     def add_tool_face(self, measured_at: float, tool_face: float) -> None:
         """Add a decoded toolface: time s, angle rad."""
@@ -270,12 +276,12 @@ class LiveState:
             now = self._now()
             for status in statuses:
                 # Removed first, so that the dictionary is in the order of the last arrival.
-                self._statuses.pop(status.name, None)
-                self._statuses[status.name] = status
-                self._status_arrivals.setdefault(status.name, Arrivals()).note(now)
+                kept = self._statuses.pop(status.name, None) or _KeptStatus(status)
+                kept.status = status
+                kept.arrivals.note(now)
+                self._statuses[status.name] = kept
             while len(self._statuses) > MAX_STATUSES:
-                oldest = next(iter(self._statuses))
-                del self._statuses[oldest], self._status_arrivals[oldest]
+                del self._statuses[next(iter(self._statuses))]
 
     def update_parameters(self, parameters: Iterable[LiveParameter]) -> None:
         """Update parameters of a node."""
@@ -319,8 +325,8 @@ class LiveState:
         with self._lock:
             now = self._now()
             shown = [
-                ShownStatus(status, self._status_arrivals[name].age(now), self._status_arrivals[name].freshness(now))
-                for name, status in self._statuses.items()
+                ShownStatus(kept.status, kept.arrivals.age(now), kept.arrivals.freshness(now))
+                for kept in self._statuses.values()
             ]
         return sorted(shown, key=lambda one: (-one.level, one.status.name))
 
@@ -336,9 +342,9 @@ class LiveState:
             now = self._now()
             values = [
                 value
-                for name, status in self._statuses.items()
-                if name.endswith(f": {subject}") and self._status_arrivals[name].freshness(now) is not Freshness.LOST
-                for value in status.values
+                for name, kept in self._statuses.items()
+                if name.endswith(f": {subject}") and kept.arrivals.freshness(now) is not Freshness.LOST
+                for value in kept.status.values
             ]
         return next((_number(text) for name, text in values if name == key), None)
 

@@ -44,7 +44,7 @@ def test_paused_simulator_leaves_controller_as_it_is(start, listener):
     listener.until_time(2.0)
     assert listener.call(Trigger, f"{simulator.name}/pause").success
     stood = listener.time
-    listener.listen(4.0)
+    listener.listen(2.0)  # four times stale_after
     assert listener.call(Trigger, f"{simulator.name}/resume").success
     listener.until_time(stood + 3.0)
     assert "went back" not in controller.output
