@@ -114,6 +114,15 @@ def test_batch_equals_single_runs():
         assert np.array_equal(alone.standpipe_pressure, lane.standpipe_pressure)
 
 
+def test_stiff_contact_leaves_other_runs_alone():
+    """It needs more steps; the others are stepped as they are alone."""
+    commands = rocking(10.0)
+    rigid = dataclasses.replace(RIG.contact, stiffness=200.0 * RIG.contact.stiffness)
+    rigs = [RIG, dataclasses.replace(RIG, contact=rigid), RIG]
+    for rig, lane in zip(rigs, simulate_batch(rigs, commands, elements=32), strict=True):
+        assert np.array_equal(simulate(rig, commands, elements=32).surface_torque, lane.surface_torque)
+
+
 @pytest.mark.parametrize("workers", [1, 2, 5, None])
 def test_batch_is_independent_of_workers(workers):
     """Lanes with other effects, and one whose stiffer string needs more steps than the others alone would take."""

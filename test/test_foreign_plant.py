@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,16 @@ def test_structure_like_ours_gives_our_response(rig: Rig, commands: Commands) ->
     difference = theirs.surface_torque - ours.surface_torque
     # The radial law differs from the paper's two-step operator where one motion stretches and the other slackens.
     assert np.std(difference) < 0.02 * np.std(ours.surface_torque)
+
+
+@pytest.mark.parametrize("elements", [32, 100])
+def test_almost_rigid_contact_is_coulomb_friction(rig: Rig, commands: Commands, elements: int) -> None:
+    rigid = replace(rig, contact=replace(rig.contact, stiffness=200.0 * rig.contact.stiffness))
+    ours = Plant(rigid, elements, 0.1).advance(commands)
+    structure = Structure(FrictionState.REGULARISED_COULOMB, creep_speed=1e-5)
+    theirs = ForeignPlant(rig, elements, 0.1, InitialState(), Modifiers(), structure, UNCHANGED).advance(commands)
+    difference = theirs.surface_torque - ours.surface_torque
+    assert np.std(difference) < 0.03 * np.std(ours.surface_torque)
 
 
 @pytest.mark.parametrize("state", list(FrictionState))

@@ -42,6 +42,7 @@ _UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
 _WANDERS = {
     "friction_": 0.02, "pressure_gain": 0.0025, "motor_gain": 0.01, "bit_stiffness": 0.03, "hook_load_offset": 600.0,
     "hook_load_gain": 0.001, "sheave_friction": 500.0, "torsional_damping": 0.1, "axial_damping": 0.1,
+    "torque_gain": 0.001, "torque_offset": 20.0, "torque_delay": 0.005,
 }  # fmt: skip
 
 

@@ -12,6 +12,8 @@ _PLAIN = {
     "bit_stiffness": "the rock's stiffness", "hook_load_offset": "the zero of the hook load",
     "hook_load_gain": "the hook load reading", "sheave_friction": "friction of the sheaves",
     "torsional_damping": "torsional damping", "axial_damping": "axial damping",
+    "torque_gain": "the torque reading", "torque_offset": "the zero of the torque reading",
+    "torque_delay": "the delay of the torque reading",
 }  # fmt: skip
 
 _OF_FILE = ("than the file says", "than its sections say")

@@ -94,7 +94,7 @@ def diagnose(
         candidates = with_earlier_starts(candidates, after)
         starts = [calibration_start(after, diagnosis.logs), *starts[1:]]
     answer = explain(model, seed=seed, starts=starts, effects=candidates, progress=progress)
-    found = [each for each in model.conditional_nuisance if each.name in answer.parameters]
+    found = [each for each in model.conditional_nuisance if each.parameters[0].name in answer.parameters]
     whole = whole.with_nuisance([parameter for each in found for parameter in each.parameters])
     remarks = (*remarks, *(_CALIBRATED_TOO.format(each.name, each.law) for each in found))
     channels = {channel.name for run in model.runs for channel in run.channels}

@@ -22,7 +22,13 @@ from slider_drilling.diagnosis.free_forms import (
     friction_factor,
     turning_difference,
 )
-from slider_drilling.diagnosis.nuisance import conditional_nuisance, reading_parameters
+from slider_drilling.diagnosis.nuisance import (
+    conditional_nuisance,
+    hook_load_reading,
+    reported_nuisance,
+    torque_reading,
+    with_reported_nuisance,
+)
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
@@ -42,7 +48,7 @@ from slider_drilling.gap.model import (
 from slider_drilling.rig import FrictionInterval, Rig
 
 # Parameters that the plant does not know: they act on readings alone.
-READINGS = frozenset(parameter.name for parameter in reading_parameters())
+READINGS = frozenset(parameter.name for parameter in (*hook_load_reading(), *torque_reading()))
 # Elements of the string at each fidelity.
 MESHES = (32, 100, 160)
 
@@ -104,17 +110,17 @@ class DrillString:
     @property
     def user_parameters(self) -> Mapping[str, Parameter]:
         """See `HasUserParameters`."""
-        return user_parameters(self.rig.string.length)
+        return user_parameters(self.rig.string.length) | reported_nuisance()
 
     def to_user(self, values: Values) -> dict[str, float]:
         """See `HasUserParameters`."""
-        return to_user(values, self.rig.string.length)
+        return with_reported_nuisance(to_user(values, self.rig.string.length))
 
     @property
     def conditional_nuisance(self) -> tuple[Effect, ...]:
         """See `HasConditionalNuisance`."""
         freed = {parameter.name for parameter in self.nuisance}
-        return tuple(each for each in conditional_nuisance() if each.name not in freed)
+        return tuple(each for each in conditional_nuisance() if each.parameters[0].name not in freed)
 
     def with_nuisance(self, parameters: Sequence[Parameter]) -> DrillString:
         """See `HasConditionalNuisance`."""
@@ -183,6 +189,8 @@ class DrillString:
             if channel.name == "hook_load":
                 moving = direction_of_block(self.inputs[run].commands, channel.time)
                 rows = [read_hook_load(row, moving, values) for row, values in zip(rows, sets, strict=True)]
+            if channel.name == "surface_torque":
+                rows = [read_torque(row, channel.time, values) for row, values in zip(rows, sets, strict=True)]
             simulated[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
             for user in self._active_users(values):
@@ -258,6 +266,7 @@ class DrillString:
         )[0]  # fmt: skip
 
 
+_NEUTRAL_READING = (("gain", 1.0), ("offset", 0.0), ("delay", 0.0))
 # m/s of block speed, below which the friction of the sheaves is not fully turned round. A choice, for which no number
 # was found in print: a fifth of the speed of lowering at 9 m/h, so that a block that drills has all of it.
 SHEAVE_REVERSAL_SPEED = 5e-4
@@ -274,11 +283,26 @@ def read_hook_load(load: Array, moving: Array, values: Values) -> Array:
     Args:
         load: (n,) N, at the hook.
         moving: (n,) direction of the block, see `direction_of_block`.
-        values: Calibrated values of `reading_parameters`.
+        values: Calibrated values of `hook_load_reading`.
     """
     values = with_rig_changes(values)
     gain, offset = values.get("hook_load_gain", 1.0), values.get("hook_load_offset", 0.0)
     return np.asarray(gain * load + offset - values.get("sheave_friction", 0.0) * moving)
+
+
+def read_torque(torque: Array, time: Array, values: Values) -> Array:
+    """Surface torque as it is read.
+
+    Args:
+        torque: (n,) N m, at the sensor.
+        time: (n,) s.
+        values: Calibrated values of `torque_reading`.
+    """
+    gain, offset, delay = (values.get(f"torque_{name}", neutral) for name, neutral in _NEUTRAL_READING)
+    if (gain, offset, delay) == (1.0, 0.0, 0.0):
+        return torque
+    late = np.interp(time - delay, time, torque) if delay != 0.0 else torque
+    return np.asarray(gain * late + offset)
 
 
 def initial_state_with(values: Values, before: InitialState) -> InitialState:

@@ -10,11 +10,13 @@ from slider_drilling.diagnosis.assumed_priors import assumed_parameters, with_as
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_rate_parameters
 from slider_drilling.diagnosis.unlogged_flow import flow_step_parameters
-from slider_drilling.gap.model import Effect, Parameter
+from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.rig import Rig
 
 COMPLIANCE = "contact_compliance"
 """How far the contact gives before it slides, over the rig file's."""
+COMPLIANCE_DECADES = "contact_compliance_decades"
+"""Its decimal logarithm, which is fitted."""
 ANISOTROPY = "friction_anisotropy"
 """Exponent of the ratio of the asperity's axes: 0 where friction is the same in all directions."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
@@ -37,7 +39,9 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
         parameters.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
         parameters.append(Parameter("bit_stiffness", 1.0, 0.4, 2.5, 0.05, spread=0.2))
     if "hook_load" in channels:
-        parameters += reading_parameters()
+        parameters += hook_load_reading()
+    if "surface_torque" in channels and not torque_only:
+        parameters += torque_reading()
     if "standpipe_pressure" in channels:
         # A larger error of the gain is a fault with its own name (motor_wear), not a calibration.
         parameters.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
@@ -51,23 +55,39 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
 def conditional_nuisance() -> tuple[Effect, ...]:
     """What no paper tells of a hole's contact: how far it gives before it slides, and how much its direction counts.
 
-    Pre-sliding lengths range over more than a decade, from the almost rigid contact of Coulomb's law up (Astrom and
-    Canudas de Wit, IEEE Control Systems Magazine 28, 2008). Friction of the paper's asperity is a third smaller in
+    Pre-sliding lengths range over decades, from the almost rigid contact of Coulomb's law up (Astrom and Canudas de
+    Wit, IEEE Control Systems Magazine 28, 2008). Friction of the paper's asperity is a third smaller in
     one direction than in the other; torque-and-drag models have one coefficient for both (Johancsik, Friesen and
     Dawson, Journal of Petroleum Technology 36, 1984). Each is calibrated where it explains more than every known
     effect: beside viscous drag or aging most logs cannot identify it.
     """
-    compliance = Parameter(COMPLIANCE, 1.0, 0.05, 10.0, 0.2, spread=0.7)
+    compliance = Parameter(COMPLIANCE_DECADES, 0.0, -2.3, 1.0, 0.1, spread=1.0)
     anisotropy = Parameter(ANISOTROPY, 1.0, 0.0, 2.0, 0.1, spread=0.5)
     return (
-        Effect(COMPLIANCE, "contact", (compliance,), scan=((0.1,), (0.4,), (2.5,)),
+        Effect(COMPLIANCE, "contact", (compliance,), scan=((-2.0,), (-1.2,), (-0.5,), (0.4,)),
                law="how far the contact gives before it slides"),
         Effect(ANISOTROPY, "contact", (anisotropy,), scan=((0.1,), (0.5,), (1.5,)),
                law="how much friction along and across the pipe differ"),
     )  # fmt: skip
 
 
-def reading_parameters() -> tuple[Parameter, ...]:
+def compliance_of(values: Values) -> float:
+    """Compliance of the contact over the rig file's, from fitted values or from those that a user knows."""
+    return float(values.get(COMPLIANCE, 10.0 ** values.get(COMPLIANCE_DECADES, 0.0)))
+
+
+def reported_nuisance() -> dict[str, Parameter]:
+    """Nuisance that a user knows under another name than it is fitted under, by that name."""
+    return {COMPLIANCE: Parameter(COMPLIANCE, 1.0, 0.005, 10.0, 0.1)}
+
+
+def with_reported_nuisance(values: Values) -> dict[str, float]:
+    """Values as a user knows them: the compliance itself, not its logarithm."""
+    reported = {name: value for name, value in values.items() if name != COMPLIANCE_DECADES}
+    return reported | {COMPLIANCE: compliance_of(values)} if COMPLIANCE_DECADES in values else reported
+
+
+def hook_load_reading() -> tuple[Parameter, ...]:
     """How the hook load is read: what is left of the block's weight after the tare, gain, and friction of the sheaves.
 
     Sources of the spreads: Luke and Juvkam-Wold, SPE Drilling Engineering 8 (1993), sheave friction of 1 to 3 % of the
@@ -77,6 +97,18 @@ def reading_parameters() -> tuple[Parameter, ...]:
         Parameter("hook_load_offset", 0.0, -5e5, 5e5, 2e3, "N", spread=1.5e4),
         Parameter("hook_load_gain", 1.0, 0.8, 1.25, 0.005, spread=0.015),
         Parameter("sheave_friction", 0.0, -1e3, 4e4, 1e3, "N", spread=4e3),
+    )
+
+
+def torque_reading() -> tuple[Parameter, ...]:
+    """How surface torque is read, within what nobody acts on. A larger error is a fault with a name of its own.
+
+    The spreads are half of the smallest faults that the registry of effects calls material.
+    """
+    return (
+        Parameter("torque_gain", 1.0, 0.8, 1.25, 0.005, spread=0.01),
+        Parameter("torque_offset", 0.0, -2e3, 2e3, 50.0, "N m", spread=50.0),
+        Parameter("torque_delay", 0.0, -0.5, 0.5, 0.02, "s", spread=0.05),
     )
 
 

@@ -31,7 +31,9 @@ _POLYNOMIAL_DEGREE = 7
 POLYNOMIAL_TOLERANCE = 1e-5  # relative error of 1 / mu; beyond it (at a kink between wear modes) a table is used
 MIN_FRICTION_FACTOR = 1e-9
 """Smallest factor of friction: at zero the length over which a contact's strain decays would be zero."""
-_STEP_MARGIN = 0.95  # of the longest stable step
+_STEP_MARGIN = 0.95  # of the longest stable step of the springs alone
+_STEP_MARGIN_WITH_CONTACT = 0.98
+_PUSHED = 2e5  # N, compression that a contact is taken to bear where less hangs below
 
 
 @dataclass(frozen=True)
@@ -85,14 +87,26 @@ def springs(rig: Rig, mesh: Mesh) -> Springs:
 def longest_step(rig: Rig, mesh: Mesh) -> float:
     """Longest stable time step, s: 2 / omega of the fastest mode, bounded by Gershgorin's circles.
 
-    The contact's own stiffness is left out: it is 1e-3 of an element's for any load that a string carries.
+    The contact of a usual hole adds next to nothing to the springs. One that hardly gives before it slides does, and
+    the more the longer the elements are.
     """
-    s = springs(rig, mesh)
-    fastest = max(
-        float(np.max(2.0 * (s.axial[:-1] + s.axial[1:]) / s.mass)),
-        float(np.max(2.0 * (s.torsional[:-1] + s.torsional[1:]) / s.inertia)),
+    s, held = springs(rig, mesh), _contact_stiffness(rig, mesh)
+    axial = 2.0 * (s.axial[:-1] + s.axial[1:]) / s.mass
+    torsional = 2.0 * (s.torsional[:-1] + s.torsional[1:]) / s.inertia
+    alone = max(float(np.max(axial)), float(np.max(torsional)))
+    together = max(
+        float(np.max(axial + held / s.mass)), float(np.max(torsional + held * mesh.outer_radius**2 / s.inertia))
     )
-    return _STEP_MARGIN * 2.0 / math.sqrt(fastest)
+    return 2.0 * min(_STEP_MARGIN / math.sqrt(alone), _STEP_MARGIN_WITH_CONTACT / math.sqrt(together))
+
+
+def _contact_stiffness(rig: Rig, mesh: Mesh) -> Array:
+    """(n,) N/m, the most that a contact may have: pressed by its weight, and by what hangs below or is pushed there."""
+    weight = buoyed_weight(rig, mesh)
+    below = np.cumsum((weight * mesh.cosine)[::-1])[::-1]
+    bend = np.hypot(mesh.vertical_curvature, mesh.lateral_curvature) + rig.effects.tortuosity.curvature
+    pressed = np.abs(weight * mesh.sine) + np.maximum(np.abs(below), _PUSHED) * bend * mesh.length
+    return np.asarray(_stiffness_per_load(rig.contact) * pressed)
 
 
 @lru_cache(maxsize=16)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from slider_drilling.rig import Rig
 
 ELEMENTS = 200
 """Default number of elements: with more, surface torque of the example rig changes by less than 1 % RMS."""
+_MORE_STEPS = 1.25  # times the steps of the easiest run of a batch, from which on a run is stepped apart
 _LANES_PER_BLOCK = 16  # runs side by side whose arrays of 200 elements just fit a core's second-level cache
 
 
@@ -184,25 +186,48 @@ def simulate_batch(
     )
     measured = None if observer is None else observer.measured_at(grid)
     mesh = assemble.common_mesh(rigs, elements)
-    substeps = substeps or min_substeps(rigs, mesh, interval)
+    needed = [substeps or min_substeps([rig], mesh, interval) for rig in rigs]
     threads = 1 + idle_threads() if workers is None else max(workers, 1)
     width = min(math.ceil(len(rigs) / threads), _LANES_PER_BLOCK)
 
-    def run(first: int) -> list[Array]:
-        block = slice(first, first + width)
+    def run(block: _Block) -> Array:
         lane_block = LaneBlock(
-            rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single_precision
-        )
-        own_offset = None if offset is None else offset[:, block]
-        channels = _interpolate(
+            [rigs[lane] for lane in block.lanes], mesh, interval, [starts[lane] for lane in block.lanes],
+            [modifiers[lane] for lane in block.lanes], block.substeps, observer, single_precision,
+        )  # fmt: skip
+        own_offset = None if offset is None else offset[:, block.lanes]
+        return _interpolate(
             commands.time,
             grid,
             lane_block.advance(sampled, measured, friction_factor, acceleration, bit_torque_factor, own_offset),
         )
-        return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
-    blocks = parallel_map(run, range(0, len(rigs), width), workers)
-    return [Response(commands.time, *lane.T) for block in blocks for lane in block]
+    blocks = _blocks(needed, width)
+    responses: list[Response | None] = [None] * len(rigs)
+    for block, channels in zip(blocks, parallel_map(run, blocks, workers), strict=True):
+        for place, lane in enumerate(block.lanes):
+            responses[lane] = Response(commands.time, *channels[:, :, place].T)
+    return [response for response in responses if response is not None]
+
+
+class _Block(NamedTuple):
+    """Runs of a batch that are stepped side by side, and their steps per interval."""
+
+    lanes: list[int]
+    substeps: int
+
+
+def _blocks(needed: Sequence[int], width: int) -> list[_Block]:
+    """Blocks of at most ``width`` runs. A run that needs many steps more than others does not slow these down."""
+    blocks: list[_Block] = []
+    left = list(range(len(needed)))
+    while left:
+        most = int(_MORE_STEPS * min(needed[lane] for lane in left))
+        alike = [lane for lane in left if needed[lane] <= most]
+        substeps = max(needed[lane] for lane in alike)
+        blocks += [_Block(alike[first : first + width], substeps) for first in range(0, len(alike), width)]
+        left = [lane for lane in left if needed[lane] > most]
+    return blocks
 
 
 class LaneBlock:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from toy import fit_toy, toy
+from toy import TIME, Toy, fit_toy, toy
 
 from slider_drilling.gap.evidence.adequacy import NEGLIGIBLE, adequacy_of_fit, negligible_gaps
 from slider_drilling.gap.evidence.score import make_folds, score_held_out
@@ -20,7 +21,19 @@ def problem_with(tolerance: float, noise: float = 2.0):
 
 
 def test_tolerance_counts_in_noise_units():
-    assert negligible_gaps(problem_with(6.0))["force"] == pytest.approx((1.0 + NEGLIGIBLE + 9.0) ** 0.5)
+    problem = problem_with(6.0)
+    _, found = fit_toy(problem.model, [])
+    assert negligible_gaps(problem, found)["force"] == pytest.approx((1.0 + NEGLIGIBLE + 9.0) ** 0.5)
+
+
+@pytest.mark.parametrize(("share", "enough"), [(0.0, False), (0.5, True)])
+def test_what_the_models_error_may_hold_is_no_gap(share, enough):
+    left = 2.0 * np.sin(TIME)
+    (run,) = toy({"level": 2.0, "saw": 9.0}, 5, extra=left).runs
+    channels = tuple(replace(channel, model_error=share) for channel in run.channels)
+    problem, found = fit_toy(Toy((replace(run, channels=channels),)), ["saw"])
+    adequacy = adequacy_of_fit(problem, found, score_held_out(problem, found, make_folds(problem)), 1)
+    assert adequacy.adequate == adequacy.negligible == enough
 
 
 @pytest.mark.parametrize(("tolerance", "above"), [(0.0, ("force",)), (9.0, ())])

@@ -1,12 +1,12 @@
 """Adequacy of a fitted model: does it leave what it would leave if it were the truth?
 
 The model is fitted in a cheaper simulation than its finest. On its own replicates it leaves discretisation error, what
-cannot be predicted, and noise. A gap beyond that is structure.
+cannot be predicted, and noise. A gap beyond that, and beyond the budget for the model's own error, is structure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from scipy.stats import t as student
 from slider_drilling.gap.evidence.replicates import replicate_residuals
 from slider_drilling.gap.evidence.score import HeldOutScore, squared_residuals
 from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.problem.model_error import model_error_budget
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.search.screen import scan_changes
@@ -87,9 +88,9 @@ def adequacy_of_fit(
     generator = np.random.default_rng([seed, 7])
     residuals = replicate_residuals(problem, found, generator)
     replicate_squares = [squared_residuals(problem, residual) for residual in residuals]
-    negligible_gap = float(np.sqrt(1.0 + NEGLIGIBLE))
-    thresholds = _channel_thresholds(problem, replicate_squares)
-    structured = _structured_channels(problem, found, residuals, score)
+    least, negligible_gap = negligible_gaps(problem, found), _negligible_gap(problem, found)
+    thresholds = _channel_thresholds(problem, replicate_squares, least)
+    structured = _structured_channels(problem, found, residuals, score, least)
     above = tuple(name for name, value in score.by_channel.items() if value > thresholds[name])
     whole = np.array([np.mean(squares) for squares in replicate_squares])
     threshold = max(_upper_bound(whole, LEVEL), negligible_gap)
@@ -99,15 +100,24 @@ def adequacy_of_fit(
     return Adequacy(threshold, thresholds, above, structured, within, negligible, visible)
 
 
-def negligible_gaps(problem: Problem) -> dict[str, float]:
-    """By channel, E that nobody would act upon: of the noise and beyond, and of the channel's own tolerance."""
+def negligible_gaps(problem: Problem, found: Fit) -> dict[str, float]:
+    """By channel, E that nobody would act upon: of noise, the model's own error, and the channel's own tolerance."""
     tolerated = {piece.name: piece.channel.tolerance / piece.noise for piece in problem.pieces}
-    return {name: float(np.sqrt(1.0 + NEGLIGIBLE + share**2)) for name, share in tolerated.items()}
+    budget = model_error_budget(problem, found)
+    return {name: float(np.sqrt(1.0 + NEGLIGIBLE + share**2 + budget[name])) for name, share in tolerated.items()}
 
 
-def _channel_thresholds(problem: Problem, replicate_squares: list[Array]) -> dict[str, float]:
+def _negligible_gap(problem: Problem, found: Fit) -> float:
+    """The same of all channels, without their tolerances."""
+    budget, samples = model_error_budget(problem, found), sum(piece.channel.time.size for piece in problem.pieces)
+    held = sum(budget[piece.name] * piece.channel.time.size for piece in problem.pieces) / samples
+    return float(np.sqrt(1.0 + NEGLIGIBLE + held))
+
+
+def _channel_thresholds(
+    problem: Problem, replicate_squares: list[Array], least: Mapping[str, float]
+) -> dict[str, float]:
     """By channel, E that a further replicate exceeds at the level shared among the channels, or a negligible E."""
-    least = negligible_gaps(problem)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     thresholds = {}
     for name in names:
@@ -118,10 +128,10 @@ def _channel_thresholds(problem: Problem, replicate_squares: list[Array]) -> dic
 
 
 def _structured_channels(
-    problem: Problem, found: Fit, residuals: list[Array], score: HeldOutScore
+    problem: Problem, found: Fit, residuals: list[Array], score: HeldOutScore, negligible: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Channels in which a discrepancy gains more than in replicates, and whose gap is not negligible."""
-    draws, negligible = [problem.structure(residual) for residual in residuals], negligible_gaps(problem)
+    draws = [problem.structure(residual) for residual in residuals]
     limits = {}
     for index in draws[0]:
         values = np.array([draw[index] for draw in draws]) + _TWO_PARAMETER_GAIN

@@ -66,7 +66,7 @@ def add_effect(
     step_name = f", step {number + 1}" if number else ""
     report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
     start_points = find_start_points(state, [*remaining, *conditional])
-    arms, predicted_gain = race_entries(state, start_points, coupled if number == 0 else ())
+    arms, predicted_gain = race_entries(state, start_points, coupled if number == 0 else (), conditional)
     finishers = restart_leader(state.modes, race(state.modes, arms))
     report("testing the finalists", min(0.25 + 0.3 * number, 0.9))
     known = state.current.effects

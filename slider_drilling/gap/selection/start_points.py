@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.global_search import global_search
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.multi_start import plausible_range
-from slider_drilling.gap.search.race import FINALISTS, Arm
+from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of
 from slider_drilling.gap.search.screen import (
     STARTS,
     Scan,
@@ -23,6 +24,9 @@ from slider_drilling.gap.search.screen import (
 from slider_drilling.gap.selection.state import SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
+# Of each short fit from a point of a grid.
+_GRID_ITERATIONS = 4
+
 
 @dataclass(frozen=True)
 class StartPoint:
@@ -31,12 +35,12 @@ class StartPoint:
     Attributes:
         mode: Index of the simulation mode.
         scan: Scan of the effects that may be added there.
-        start_count: How many starts each effect gets.
+        calibrated: Whether its nuisance is calibrated, or as given.
     """
 
     mode: int
     scan: Scan
-    start_count: int
+    calibrated: bool
 
     @property
     def base(self) -> Fit:
@@ -55,23 +59,29 @@ def find_start_points(state: SearchState, effects: Sequence[Effect]) -> list[Sta
         state: State of the search.
         effects: Effects that may be added.
     """
-    current = state.current
-    # Names with "@" belong to a run, names with "." to an effect: both are kept.
-    as_given = {name: value for name, value in current.fit.values.items() if "@" in name or "." in name}
+    current, as_given = state.current, _as_given(state)
 
     def start_point(choice: tuple[int, bool]) -> StartPoint:
         mode, calibrated = choice
         problem = state.modes[mode].at_fidelity_of(current.effects)
         start, iterations = (current.fit.values, None) if calibrated else (as_given, 1)
         base = fit(problem, current.fit.parameters, start, iterations=iterations)
-        return StartPoint(mode, scan_effects(problem, base, effects), 1 if calibrated else STARTS)
+        return StartPoint(mode, scan_effects(problem, base, effects), calibrated)
 
     choices = [(mode, calibrated) for mode in state.active_modes for calibrated in (True, False)]
     return parallel_map(start_point, choices)
 
 
+def _as_given(state: SearchState) -> dict[str, float]:
+    """The current values without the calibrated ones: what belongs to a run ("@") or to an effect (".") is kept."""
+    return {name: value for name, value in state.current.fit.values.items() if "@" in name or "." in name}
+
+
 def race_entries(
-    state: SearchState, start_points: Sequence[StartPoint], coupled: Sequence[Sequence[Effect]]
+    state: SearchState,
+    start_points: Sequence[StartPoint],
+    coupled: Sequence[Sequence[Effect]],
+    conditional: Sequence[Effect] = (),
 ) -> tuple[list[Arm], dict[str, float]]:
     """The arms of a race.
 
@@ -79,6 +89,7 @@ def race_entries(
         state: State of the search.
         start_points: Fits to start beside.
         coupled: Sets of effects that also start together.
+        conditional: Conditional nuisance, which starts together too.
 
     Returns:
         One arm for each start of each effect and set; and by name of effect the gain of ``-2 log p`` that its scan
@@ -93,11 +104,13 @@ def race_entries(
         for each in screened:
             name = each.effect.name
             predicted_gain[name] = max(predicted_gain.get(name, 0.0), each.predicted_gain)
-            for start, simulated in rank_starts(point.scan, each)[: point.start_count]:
+            for start, simulated in rank_starts(point.scan, each)[: 1 if point.calibrated else STARTS]:
                 arms.append(Arm((*known, each.effect), point.mode, start, point.base, simulated))
         for effects in coupled:
             if all(effect.name in by_name for effect in effects):
                 arms.append(_joint_arm(known, effects, by_name, point))
+    if len(conditional) > 1:
+        arms += _grid_arms(state, conditional)
     for effects in coupled:
         arms += _global_arms(state.modes[0], start_points[0].base, known, effects)
     return arms, predicted_gain
@@ -126,6 +139,26 @@ def _joint_arm(
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
     return Arm((*known, *effects), point.mode, start, point.base)
+
+
+def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
+    """Arms in which all conditional nuisance starts together: the best of short fits from every point of its grid.
+
+    One number alone may leave as much as before while another is wrong too, and a start alone does not show how near
+    an optimum is. All else starts as given: from a calibration that has made up for the contact no fit finds back.
+    """
+    effects, mode = (*state.current.effects, *conditional), state.active_modes[0]
+    problem = state.modes[mode].at_fidelity_of(effects)
+    freed = parameters_of(problem, effects)
+
+    def arm(scanned: Sequence[tuple[float, ...]]) -> Arm:
+        start = _as_given(state)
+        for effect, point in zip(conditional, scanned, strict=True):
+            start |= effect.values(point)
+        return Arm(effects, mode, start, None, fit=fit(problem, freed, start, iterations=_GRID_ITERATIONS))
+
+    arms = parallel_map(arm, list(product(*(effect.scan for effect in conditional))))
+    return sorted(arms, key=lambda arm: arm.cost)[:STARTS]
 
 
 def _global_arms(problem: Problem, calibrated: Fit, known: Sequence[Effect], effects: Sequence[Effect]) -> list[Arm]:
