@@ -17,6 +17,7 @@ from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, check_user_effects, checked_effect
 from slider_drilling.effects import EFFECTS
+from slider_drilling.effects.drives_and_bit import AXIAL_OSCILLATION_TOOL
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, LoggedRun, Parameter
 from slider_drilling.log import RigLog
@@ -67,6 +68,12 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     effects = _observable(effects, channels, off_bottom, torque_only)
     if "hook_load" not in channels:
         remarks.append("the log holds no hook load: axial_oscillation_tool is not a candidate")
+    elif not tool_frequencies(runs):
+        # Without its line the tool is no more than less friction, and its frequency may be any.
+        effects = tuple(effect for effect in effects if effect.name != AXIAL_OSCILLATION_TOOL.name)
+        remarks.append(
+            "the spectrum of the hook load shows no line of a vibrating tool: axial_oscillation_tool is not a candidate"
+        )
     if torque_only:
         remarks.append(
             "the log holds torque alone: the string's stiffness is calibrated, and an error of the sensor's gain shows "

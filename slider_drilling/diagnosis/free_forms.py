@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.nuisance import ANISOTROPY, COMPLIANCE, COMPLIANCE_DECADES, compliance_of
+from slider_drilling.diagnosis.nuisance import ANISOTROPY, COMPLIANCE, COMPLIANCE_DECADES, ELASTIC_SHARE, compliance_of
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
 from slider_drilling.rig import Asperity, Contact
@@ -99,7 +99,7 @@ def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
 
 def contact_with(contact: Contact, values: Values) -> Contact:
     """The contact with its asperities turned or rounder, and with another compliance before it slides."""
-    if not {_ACROSS, _GIVE, COMPLIANCE, COMPLIANCE_DECADES, ANISOTROPY} & set(values):
+    if not {_ACROSS, _GIVE, COMPLIANCE, COMPLIANCE_DECADES, ANISOTROPY, ELASTIC_SHARE} & set(values):
         return contact
     angle, before = contact.asperity.orientation, _share_across(contact)
     after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
@@ -107,7 +107,8 @@ def contact_with(contact: Contact, values: Values) -> Contact:
     away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
     asperity = _with_anisotropy(replace(contact.asperity, orientation=angle + away * turned), values)
     compliance = compliance_of(values) * (1.0 + values.get(_GIVE, 0.0))
-    return replace(contact, asperity=asperity, stiffness=contact.stiffness / compliance)
+    elastic = values.get(ELASTIC_SHARE, contact.elastic_share)
+    return replace(contact, asperity=asperity, stiffness=contact.stiffness / compliance, elastic_share=elastic)
 
 
 def _with_anisotropy(asperity: Asperity, values: Values) -> Asperity:

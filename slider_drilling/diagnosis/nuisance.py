@@ -17,6 +17,8 @@ COMPLIANCE = "contact_compliance"
 """How far the contact gives before it slides, over the rig file's."""
 COMPLIANCE_DECADES = "contact_compliance_decades"
 """Its decimal logarithm, which is fitted."""
+ELASTIC_SHARE = "contact_elastic_share"
+"""How far the contact does not slip before it breaks away (`Contact.elastic_share`)."""
 ANISOTROPY = "friction_anisotropy"
 """Exponent of the ratio of the asperity's axes: 0 where friction is the same in all directions."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
@@ -57,16 +59,20 @@ def conditional_nuisance() -> tuple[Effect, ...]:
 
     Pre-sliding lengths range over decades, from the almost rigid contact of Coulomb's law up (Astrom and Canudas de
     Wit, IEEE Control Systems Magazine 28, 2008). Friction of the paper's asperity is a third smaller in
-    one direction than in the other; torque-and-drag models have one coefficient for both (Johancsik, Friesen and
+    one direction than in the other; an elasto-plastic contact does not slip at all before it breaks away (Dupont et
+    al., IEEE Transactions on Automatic Control 47, 2002); torque-and-drag models have one coefficient for both (Johancsik, Friesen and
     Dawson, Journal of Petroleum Technology 36, 1984). Each is calibrated where it explains more than every known
     effect: beside viscous drag or aging most logs cannot identify it.
     """
     compliance = Parameter(COMPLIANCE_DECADES, 0.0, -2.3, 1.0, 0.1, spread=1.0)
+    elastic = Parameter(ELASTIC_SHARE, 0.0, 0.0, 1.0, 0.1, spread=0.5)
     anisotropy = Parameter(ANISOTROPY, 1.0, 0.0, 2.0, 0.1, spread=0.5)
     return (
-        Effect(COMPLIANCE, "contact", (compliance,), scan=((-2.0,), (-1.2,), (-0.5,), (0.4,)),
+        Effect(COMPLIANCE, "contact", (compliance,), scan=((-2.0,), (-1.2,), (-0.4,), (0.4,)),
                law="how far the contact gives before it slides"),
-        Effect(ANISOTROPY, "contact", (anisotropy,), scan=((0.1,), (0.5,), (1.5,)),
+        Effect(ELASTIC_SHARE, "contact", (elastic,), scan=((0.05,), (0.5,), (0.9,)),
+               law="whether the contact slips before it breaks away"),
+        Effect(ANISOTROPY, "contact", (anisotropy,), scan=((0.1,), (0.8,), (1.5,)),
                law="how much friction along and across the pipe differ"),
     )  # fmt: skip
 

@@ -213,6 +213,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
         per_slip_distance=np.full(mesh.count, 1.0 / effects.static_aging.slip_distance),
         drift_rate=np.full(mesh.count, effects.friction_drift.rate),
         turning_difference=np.zeros(mesh.count) + extra.turning_difference,
+        elastic_share=np.full(mesh.count, rig.contact.elastic_share),
     )
 
 

@@ -34,6 +34,8 @@ from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, 
 
 _TINY = 1e-30  # m2; a strain this small has no direction
 _MAX_DECAY = 1e6  # exponent of a strain's decay in one step: nothing is left of the strain, and powers stay finite
+# Share of its sliding length up to which an elasto-plastic contact does not slip (Dupont et al. 2002: below one).
+_BREAK_AWAY = 0.7
 _CREEP = 5e-4  # m/s around the hole, at which friction that is larger one way round is so by half
 _MIN_FACTOR = 1e-9  # of friction; at zero the length over which a strain decays would be zero
 
@@ -77,8 +79,8 @@ def update_speeds(
 
 @njit(**INLINED_JIT_OPTIONS)
 def update_contacts(
-    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, speed, rotation_speed, strain_axial,
-    strain_tangential,
+    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, elastic_share, speed, rotation_speed,
+    strain_axial, strain_tangential,
 ):  # fmt: skip
     """Strains of the contacts one step later: the paper's two-step operator (eq. 11-18) for Dahl exponent 1.
 
@@ -105,19 +107,24 @@ def update_contacts(
     c4, c5, c6, c7 = real(per_factor * p[4]), real(per_factor * p[5]), real(per_factor * p[6]), real(per_factor * p[7])
     dt, axis, axis_across, tiny = real(dt), real(axis), real(axis_across), real(_TINY)
     one, half, sixth, last, most = real(1.0), real(0.5), real(1.0 / 6.0), real(1.0 / 24.0), real(_MAX_DECAY)
+    none, two, three, away, per_rest = real(0.0), real(2.0), real(3.0), real(_BREAK_AWAY), real(1.0 / (1.0 - _BREAK_AWAY))
     for j in range(count):
         along = dt * speed[j]
         across = radius[j] * (dt * rotation_speed[j])
         middle_axial = strain_axial[j] + half * along
         middle_tangential = strain_tangential[j] + half * across
-        per_size = real(fast_inverse_sqrt(middle_axial * middle_axial + middle_tangential * middle_tangential + tiny))
+        squared = middle_axial * middle_axial + middle_tangential * middle_tangential + tiny
+        per_size = real(fast_inverse_sqrt(squared))
         onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
         q = onto_axis * onto_axis
         # Summed in pairs (Estrin): in a chain of eight each term would wait for the one before.
         qq = q * q
         per_mu = ((c0 + c1 * q) + (c2 + c3 * q) * qq) + ((c4 + c5 * q) + (c6 + c7 * q) * qq) * (qq * qq)
-        u = (abs(middle_axial * along) + abs(middle_tangential * across)) * (per_sliding_length[j] * per_size) * per_mu
-        u = min(u, most)
+        stretch, turned = middle_axial * along, middle_tangential * across
+        u = (abs(stretch) + abs(turned)) * (per_sliding_length[j] * per_size) * per_mu
+        gone = min(max((squared * per_size * per_sliding_length[j] * per_mu - away) * per_rest, none), one)
+        slips = gone * gone * (three - two * gone) if stretch + turned > none else none
+        u = min(u * (one - elastic_share[j] * (one - slips)), most)
         growth = (one + u * half) + (u * u) * (sixth + u * last)
         left = fast_reciprocal(one + u * growth, real)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
@@ -126,7 +133,7 @@ def update_contacts(
 
 @njit(**INLINED_JIT_OPTIONS)
 def update_contacts_general(
-    count, dt, per_mu_table, per_factor, exponent, axis, axis_across, radius, per_sliding_length, speed,
+    count, dt, per_mu_table, per_factor, exponent, axis, axis_across, radius, per_sliding_length, elastic_share, speed,
     rotation_speed, strain_axial, strain_tangential,
 ):  # fmt: skip
     """`update_contacts` for any Dahl exponent, and for asperities whose friction has a kink between two wear modes.
@@ -152,6 +159,9 @@ def update_contacts_general(
             relative_strain = squared * per_size * per_sliding
             u = slipped_part(middle_axial * along * per_size, relative_strain, exponent) * per_size
             u += slipped_part(middle_tangential * across * per_size, relative_strain, exponent) * per_size
+        gone = min(max((squared * per_size * per_sliding - _BREAK_AWAY) / (1.0 - _BREAK_AWAY), 0.0), 1.0)
+        slips = gone * gone * (3.0 - 2.0 * gone) if middle_axial * along + middle_tangential * across > 0.0 else 0.0
+        u *= 1.0 - elastic_share[j] * (1.0 - slips)
         growth = 1.0 + u * (1.0 / 2.0 + u * (1.0 / 6.0 + u * (1.0 / 24.0)))
         left = fast_reciprocal(1.0 + u * growth, np.float64)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
@@ -295,12 +305,14 @@ def advance(
             if vectorised:
                 update_contacts(
                     count, dt, curve.polynomial, per_factor, curve.axial, curve.tangential, e.radius,
-                    s.per_sliding_length, s.speed, s.rotation_speed, s.strain_axial, s.strain_tangential,
+                    s.per_sliding_length, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
+                    s.strain_tangential,
                 )  # fmt: skip
             else:
                 update_contacts_general(
                     count, dt, curve.table, per_factor, curve.exponent, curve.axial, curve.tangential, e.radius,
-                    s.per_sliding_length, s.speed, s.rotation_speed, s.strain_axial, s.strain_tangential,
+                    s.per_sliding_length, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
+                    s.strain_tangential,
                 )  # fmt: skip
             update_positions(count, dt, s.speed, s.rotation_speed, position, rotation)
             angle = hermite(a[0], a[1], b[0], b[1], substeps * dt, u)

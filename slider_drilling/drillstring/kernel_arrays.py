@@ -90,6 +90,7 @@ class Elements(NamedTuple):
     per_slip_distance: Array  # 1/m
     drift_rate: Array  # 1/s
     turning_difference: Array  # -, share by which friction is larger while the element turns right
+    elastic_share: Array  # -, of the slip that Dahl's law has before the contact breaks away
 
 
 class FrictionCurve(NamedTuple):

@@ -203,13 +203,17 @@ class Asperity:
 
 @dataclass(frozen=True)
 class Contact:
-    """Friction of pipe on the wall: shear_factor is f of paper eq. 1-5, stiffness is kt at the load reference_load."""
+    """Friction of pipe on the wall: shear_factor is f of paper eq. 1-5, stiffness is kt at the load reference_load.
+
+    elastic_share: how far a contact that relaxes, or is stretched little, does not slip (Dupont et al. 2002).
+    """
 
     asperity: Asperity
     shear_factor: float = quantity("-", at_least=0.0, below=1.0, why="shear strength of the film over that of the wall")
     stiffness: float = quantity("N/m", at_least=1.0, at_most=1e9, why="of one contact; the paper identifies 42700")
     reference_load: float = quantity("N", at_least=1.0, at_most=1e7, why="load at which the stiffness was identified")
     dahl_exponent: float = quantity("-", 1.0, at_least=0.25, at_most=4.0, why="1 is the usual one")
+    elastic_share: float = quantity("-", 0.0, at_least=0.0, at_most=1.0, why="0 is Dahl's law, 1 the elasto-plastic one")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from slider_drilling.gap.evidence.replicates import replicate_residuals
 from slider_drilling.gap.evidence.score import HeldOutScore, squared_residuals
 from slider_drilling.gap.model import Array, Effect
-from slider_drilling.gap.problem.model_error import model_error_budget
+from slider_drilling.gap.problem.model_error import wander_budget
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.search.screen import scan_changes
@@ -101,15 +101,15 @@ def adequacy_of_fit(
 
 
 def negligible_gaps(problem: Problem, found: Fit) -> dict[str, float]:
-    """By channel, E that nobody would act upon: of noise, the model's own error, and the channel's own tolerance."""
+    """By channel, E that nobody would act upon: of noise, the model's own error and slow wander, and the channel's tolerance."""
     tolerated = {piece.name: piece.channel.tolerance / piece.noise for piece in problem.pieces}
-    budget = model_error_budget(problem, found)
+    budget = wander_budget(problem, found)
     return {name: float(np.sqrt(1.0 + NEGLIGIBLE + share**2 + budget[name])) for name, share in tolerated.items()}
 
 
 def _negligible_gap(problem: Problem, found: Fit) -> float:
     """The same of all channels, without their tolerances."""
-    budget, samples = model_error_budget(problem, found), sum(piece.channel.time.size for piece in problem.pieces)
+    budget, samples = wander_budget(problem, found), sum(piece.channel.time.size for piece in problem.pieces)
     held = sum(budget[piece.name] * piece.channel.time.size for piece in problem.pieces) / samples
     return float(np.sqrt(1.0 + NEGLIGIBLE + held))
 

@@ -36,6 +36,20 @@ def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
     return {name: float(np.mean(values)) for name, values in budget.items()}
 
 
+def wander_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
+    """By channel, E^2 that the model's own error and slow changes of any rig (`Channel.wander`) may hold.
+
+    Args:
+        problem: The problem.
+        fitted: A fit, whose simulation shows how far every channel moves.
+    """
+    budget = model_error_budget(problem, fitted)
+    for name in budget:
+        own = [piece for piece in problem.pieces if piece.name == name]
+        budget[name] += float(np.mean([_moves(piece, fitted.simulated, piece.channel.wander) ** 2 for piece in own]))
+    return budget
+
+
 def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covariance: Array) -> Array:
     """Covariance of the parameters that the model's own error adds.
 
@@ -111,6 +125,9 @@ def model_error_size(piece: Piece, simulated: Array) -> float:
 
     What accumulates is counted in missed steps: how far it moves is no measure of that.
     """
-    if piece.channel.accumulates:
-        return 0.0
-    return piece.channel.model_error * float(np.std(simulated[piece.rows]))
+    return _moves(piece, simulated, piece.channel.model_error)
+
+
+def _moves(piece: Piece, simulated: Array, share: float) -> float:
+    """A share of what one channel of one run moves, noise units; 0 where errors accumulate."""
+    return 0.0 if piece.channel.accumulates else share * float(np.std(simulated[piece.rows]))

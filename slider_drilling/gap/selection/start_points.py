@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 from slider_drilling.gap.model import Effect
@@ -24,8 +25,8 @@ from slider_drilling.gap.search.screen import (
 from slider_drilling.gap.selection.state import SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
-# Of each short fit from a point of a grid.
-_GRID_ITERATIONS = 4
+# Iterations of the short fits from all points of a grid, and how many of them go on: first of all, then of those left.
+_GRID_ROUNDS = ((1, 10), (3, STARTS))
 
 
 @dataclass(frozen=True)
@@ -151,14 +152,19 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     problem = state.modes[mode].at_fidelity_of(effects)
     freed = parameters_of(problem, effects)
 
-    def arm(scanned: Sequence[tuple[float, ...]]) -> Arm:
+    def advanced(arm: Arm, iterations: int) -> Arm:
+        values = arm.start if arm.fit is None else arm.fit.values
+        return replace(arm, fit=fit(problem, freed, values, iterations=iterations))
+
+    arms = []
+    for scanned in product(*(effect.scan for effect in conditional)):
         start = _as_given(state)
         for effect, point in zip(conditional, scanned, strict=True):
             start |= effect.values(point)
-        return Arm(effects, mode, start, None, fit=fit(problem, freed, start, iterations=_GRID_ITERATIONS))
-
-    arms = parallel_map(arm, list(product(*(effect.scan for effect in conditional))))
-    return sorted(arms, key=lambda arm: arm.cost)[:STARTS]
+        arms.append(Arm(effects, mode, start, None))
+    for iterations, kept in _GRID_ROUNDS:
+        arms = sorted(parallel_map(partial(advanced, iterations=iterations), arms), key=lambda arm: arm.cost)[:kept]
+    return arms
 
 
 def _global_arms(problem: Problem, calibrated: Fit, known: Sequence[Effect], effects: Sequence[Effect]) -> list[Arm]:
