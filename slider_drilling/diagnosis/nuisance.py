@@ -55,14 +55,14 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
 
 
 def conditional_nuisance() -> tuple[Effect, ...]:
-    """What no paper tells of a hole's contact: how far it gives before it slides, and how much its direction counts.
+    """What no paper tells of a hole's contact: how far it gives, whether it slips early, how much direction counts.
 
     Pre-sliding lengths range over decades, from the almost rigid contact of Coulomb's law up (Astrom and Canudas de
-    Wit, IEEE Control Systems Magazine 28, 2008). Friction of the paper's asperity is a third smaller in
-    one direction than in the other; an elasto-plastic contact does not slip at all before it breaks away (Dupont et
-    al., IEEE Transactions on Automatic Control 47, 2002); torque-and-drag models have one coefficient for both (Johancsik, Friesen and
-    Dawson, Journal of Petroleum Technology 36, 1984). Each is calibrated where it explains more than every known
-    effect: beside viscous drag or aging most logs cannot identify it.
+    Wit, IEEE Control Systems Magazine 28, 2008). An elasto-plastic contact does not slip before it breaks away (Dupont
+    et al., IEEE Transactions on Automatic Control 47, 2002), Dahl's does. Friction of the paper's asperity is a third
+    smaller in one direction than in the other; torque-and-drag models have one coefficient for both (Johancsik, Friesen
+    and Dawson, Journal of Petroleum Technology 36, 1984). These are calibrated where they explain more than every known
+    effect: beside viscous drag or aging most logs cannot identify them.
     """
     compliance = Parameter(COMPLIANCE_DECADES, 0.0, -2.3, 1.0, 0.1, spread=1.0)
     elastic = Parameter(ELASTIC_SHARE, 0.0, 0.0, 1.0, 0.1, spread=0.5)

@@ -79,8 +79,8 @@ def update_speeds(
 
 @njit(**INLINED_JIT_OPTIONS)
 def update_contacts(
-    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, elastic_share, speed, rotation_speed,
-    strain_axial, strain_tangential,
+    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, elastic, elastic_share, speed,
+    rotation_speed, strain_axial, strain_tangential,
 ):  # fmt: skip
     """Strains of the contacts one step later: the paper's two-step operator (eq. 11-18) for Dahl exponent 1.
 
@@ -101,13 +101,16 @@ def update_contacts(
         per_factor: 1 over the factor that multiplies all friction now.
         axis, axis_across: Components of the asperity's axis along and around the hole.
         per_sliding_length: 1 / z_ss for mu = 1, 1/m, (count,).
+        elastic: Whether any contact has an elastic share (count,): of its slip before it breaks away, and while it
+            relaxes, that share is missing (Dupont et al. 2002, with a smooth step between).
     """
     real = speed.dtype.type
     c0, c1, c2, c3 = real(per_factor * p[0]), real(per_factor * p[1]), real(per_factor * p[2]), real(per_factor * p[3])
     c4, c5, c6, c7 = real(per_factor * p[4]), real(per_factor * p[5]), real(per_factor * p[6]), real(per_factor * p[7])
     dt, axis, axis_across, tiny = real(dt), real(axis), real(axis_across), real(_TINY)
     one, half, sixth, last, most = real(1.0), real(0.5), real(1.0 / 6.0), real(1.0 / 24.0), real(_MAX_DECAY)
-    none, two, three, away, per_rest = real(0.0), real(2.0), real(3.0), real(_BREAK_AWAY), real(1.0 / (1.0 - _BREAK_AWAY))
+    none, two, three, away = real(0.0), real(2.0), real(3.0), real(_BREAK_AWAY)
+    per_rest = real(1.0 / (1.0 - _BREAK_AWAY))
     for j in range(count):
         along = dt * speed[j]
         across = radius[j] * (dt * rotation_speed[j])
@@ -122,9 +125,11 @@ def update_contacts(
         per_mu = ((c0 + c1 * q) + (c2 + c3 * q) * qq) + ((c4 + c5 * q) + (c6 + c7 * q) * qq) * (qq * qq)
         stretch, turned = middle_axial * along, middle_tangential * across
         u = (abs(stretch) + abs(turned)) * (per_sliding_length[j] * per_size) * per_mu
-        gone = min(max((squared * per_size * per_sliding_length[j] * per_mu - away) * per_rest, none), one)
-        slips = gone * gone * (three - two * gone) if stretch + turned > none else none
-        u = min(u * (one - elastic_share[j] * (one - slips)), most)
+        if elastic:
+            gone = min(max((squared * per_size * per_sliding_length[j] * per_mu - away) * per_rest, none), one)
+            slips = gone * gone * (three - two * gone) if stretch + turned > none else none
+            u *= one - elastic_share[j] * (one - slips)
+        u = min(u, most)
         growth = (one + u * half) + (u * u) * (sixth + u * last)
         left = fast_reciprocal(one + u * growth, real)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
@@ -266,6 +271,7 @@ def advance(
     axial_spring_below, torsional_spring_below = e.axial_spring[here], e.torsional_spring[here]
     vectorised = curve.exponent == 1.0 and len(curve.polynomial) > 0
     heaving, tools_on, observed = c.heave_amplitude.any(), c.tool_force.any(), c.observer_gain.any()
+    elastic = e.elastic_share.any()
     last_pump = math.nan
     first = len(out) - (len(drive) - 1)
     if first > 0:
@@ -305,7 +311,7 @@ def advance(
             if vectorised:
                 update_contacts(
                     count, dt, curve.polynomial, per_factor, curve.axial, curve.tangential, e.radius,
-                    s.per_sliding_length, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
+                    s.per_sliding_length, elastic, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
                     s.strain_tangential,
                 )  # fmt: skip
             else:

@@ -213,7 +213,7 @@ class Contact:
     stiffness: float = quantity("N/m", at_least=1.0, at_most=1e9, why="of one contact; the paper identifies 42700")
     reference_load: float = quantity("N", at_least=1.0, at_most=1e7, why="load at which the stiffness was identified")
     dahl_exponent: float = quantity("-", 1.0, at_least=0.25, at_most=4.0, why="1 is the usual one")
-    elastic_share: float = quantity("-", 0.0, at_least=0.0, at_most=1.0, why="0 is Dahl's law, 1 the elasto-plastic one")
+    elastic_share: float = quantity("-", 0.0, at_least=0.0, at_most=1.0, why="0 is Dahl's law, 1 elasto-plastic")
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ def adequacy_of_fit(
 
 
 def negligible_gaps(problem: Problem, found: Fit) -> dict[str, float]:
-    """By channel, E that nobody would act upon: of noise, the model's own error and slow wander, and the channel's tolerance."""
+    """By channel, E that nobody would act upon: of noise, the model's own error, slow wander and the tolerance."""
     tolerated = {piece.name: piece.channel.tolerance / piece.noise for piece in problem.pieces}
     budget = wander_budget(problem, found)
     return {name: float(np.sqrt(1.0 + NEGLIGIBLE + share**2 + budget[name])) for name, share in tolerated.items()}

@@ -68,7 +68,7 @@ def global_search(
 
     populations: list[Any] = []
     for stage in _ROUNDS:
-        part = _truncated(problem if stage.cheap else fine, stage.fraction)
+        part = first_part(problem if stage.cheap else fine, stage.fraction)
 
         def costs(rows: np.ndarray, part: Problem = part) -> list[float]:
             return _costs(part, [values(row) for row in rows])
@@ -91,7 +91,7 @@ def _costs(problem: Problem, sets: Sequence[Values]) -> list[float]:
     return costs
 
 
-def _truncated(problem: Problem, fraction: float) -> Problem:
+def first_part(problem: Problem, fraction: float) -> Problem:
     """The problem of the first part of every run; the whole one where the model cannot be truncated."""
     if fraction >= 1.0 or not isinstance(problem.model, CanTruncate):
         return problem

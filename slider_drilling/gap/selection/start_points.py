@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
+from typing import NamedTuple
 
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.global_search import global_search
+from slider_drilling.gap.search.global_search import first_part, global_search
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.multi_start import plausible_range
 from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of
@@ -25,8 +26,16 @@ from slider_drilling.gap.search.screen import (
 from slider_drilling.gap.selection.state import SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
-# Iterations of the short fits from all points of a grid, and how many of them go on: first of all, then of those left.
-_GRID_ROUNDS = ((1, 10), (3, STARTS))
+
+class _GridRound(NamedTuple):
+    """Short fits from the points of a grid: iterations, first part of the runs that counts, and how many go on."""
+
+    iterations: int
+    fraction: float
+    kept: int
+
+
+_GRID_ROUNDS = (_GridRound(1, 0.5, 10), _GridRound(3, 1.0, STARTS))
 
 
 @dataclass(frozen=True)
@@ -152,9 +161,9 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     problem = state.modes[mode].at_fidelity_of(effects)
     freed = parameters_of(problem, effects)
 
-    def advanced(arm: Arm, iterations: int) -> Arm:
+    def advanced(arm: Arm, stage: _GridRound) -> Arm:
         values = arm.start if arm.fit is None else arm.fit.values
-        return replace(arm, fit=fit(problem, freed, values, iterations=iterations))
+        return replace(arm, fit=fit(first_part(problem, stage.fraction), freed, values, iterations=stage.iterations))
 
     arms = []
     for scanned in product(*(effect.scan for effect in conditional)):
@@ -162,8 +171,8 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
         for effect, point in zip(conditional, scanned, strict=True):
             start |= effect.values(point)
         arms.append(Arm(effects, mode, start, None))
-    for iterations, kept in _GRID_ROUNDS:
-        arms = sorted(parallel_map(partial(advanced, iterations=iterations), arms), key=lambda arm: arm.cost)[:kept]
+    for stage in _GRID_ROUNDS:
+        arms = sorted(parallel_map(partial(advanced, stage=stage), arms), key=lambda arm: arm.cost)[: stage.kept]
     return arms
 
 
