@@ -56,7 +56,7 @@ def waterfall(gap: Gap, named: bool = False, names: Mapping[str, str] = STAGE_NA
 def _waterfall_caption(gap: Gap, named: bool) -> str:
     if gap.threshold is None:
         return ""
-    caption = "Dotted: E that a true model would exceed in 1 of 100 logs; noise that is white leaves about 1."
+    caption = "Dotted: E up to which nothing counts as a gap; noise that is white leaves about 1."
     if named and gap.tuned is not None and gap.tuned < gap.threshold:
         caption += (
             " Calibration alone also stays below it: E does not decide here. The effect is named because it predicts "

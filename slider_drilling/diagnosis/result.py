@@ -86,7 +86,7 @@ class Gap:
         closed: Share of the calibrated gap that the effects close. None without effects, if the gap does not shrink,
             and if calibration leaves hardly more than noise.
         closed_interval: Its 95 % interval.
-        threshold: Null threshold: a true model exceeds it in one log of a hundred.
+        threshold: E up to which nothing counts as a gap.
         noise_floor: Noise by channel.
         rms: Errors by channel.
         misfit_channels: Channels in which the final model leaves more than noise, or structure unlike noise.

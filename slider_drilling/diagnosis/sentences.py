@@ -25,6 +25,7 @@ _MAX_PARAMETERS = 3  # named in a sentence
 _MIN_CHANGE = 0.05  # of a multiple of the rig file's value that is worth naming
 _MAX_SPREAD = 3.0  # ratio of an interval's ends up to which a value counts as known
 _NOISE_ALONE = 1.5  # times the noise: an error that noise alone may leave in a few toolfaces
+_NOISE_ALONE_OF_MANY = 1.25  # times the noise: in a channel of many samples
 _LOCATED = ("cuttings_bed",)  # named with its place, however uncertain
 _PLAIN_NAMES = {"tool_face": "toolface"}
 
@@ -263,7 +264,7 @@ def _residual_gap(gap: Gap) -> Text:
     if gap.tuned <= gap.threshold:
         return sentence("Calibrated, it ", _matches(gap, "tuned"), ".")
     return (
-        f"Calibrated, it leaves {format_number(gap.tuned)} times the noise, slightly more than noise alone can "
+        f"Calibrated, it leaves {format_number(gap.tuned)} times the noise, slightly more than counts as no gap "
         f"({format_number(gap.threshold)}), and no known effect explains the rest."
     )
 
@@ -271,6 +272,8 @@ def _residual_gap(gap: Gap) -> Text:
 def _matches(gap: Gap, stage: str) -> Text:
     """That no gap is left at a stage; and how far the toolface is off, where that is more than noise."""
     matches = "matches the log within the sensors' noise"
+    if _wanders(gap, stage):
+        matches += " and what any rig and model are off by"
     errors, noise = gap.rms.get("tool_face"), gap.noise_floor.get("tool_face")
     off = None if errors is None else getattr(errors, stage)
     if errors is None or noise is None or off is None or off <= _NOISE_ALONE * noise.value:
@@ -278,6 +281,14 @@ def _matches(gap: Gap, stage: str) -> Text:
     usual = displayed(TOOL_FACE_TOLERANCE, errors.unit, 2)
     off_by = displayed(off, errors.unit, 2)
     return sentence(f"{matches}; the toolface is off by ", off_by, ", within the ", usual, " that drillers steer by")
+
+
+def _wanders(gap: Gap, stage: str) -> bool:
+    """Whether a channel other than the toolface is off by more than its noise, though no gap is left."""
+    return any(
+        (left := getattr(errors, stage)) is not None and left > _NOISE_ALONE_OF_MANY * gap.noise_floor[name].value
+        for name, errors in gap.rms.items() if name != "tool_face" and name in gap.noise_floor
+    )  # fmt: skip
 
 
 def _most_improved(gap: Gap) -> tuple[str, ChannelErrors] | None:

@@ -87,7 +87,7 @@ class GapDiagnosis:
 
     @property
     def null_threshold(self) -> float:
-        """E that the final model would leave on its own replicates 99 times out of 100."""
+        """E up to which nothing counts as a gap (`Adequacy.threshold`)."""
         return self.state.adequacy.threshold
 
     @property

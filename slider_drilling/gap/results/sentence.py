@@ -39,7 +39,7 @@ def verdict_sentence(
     fed = f"with the measured {fed_back.replace('_', ' ')} fed back " if fed_back else ""
     figures = f"E {fed}{nominal:.2f} as given, {calibrated:.2f} calibrated"
     figures += "" if math.isnan(with_effects) else f", {with_effects:.2f} with it"
-    figures += f"; a true model would stay below {threshold:.2f}"
+    figures += f"; up to {threshold:.2f} counts as no gap"
     figures += _structured_residual_clause(verdict, final, threshold, misfit_channels)
     if verdict == "none":
         return f"The model as given leaves only noise ({figures})."
