@@ -61,6 +61,16 @@ def test_almost_rigid_contact_is_coulomb_friction(rig: Rig, commands: Commands, 
     assert np.std(difference) < 0.03 * np.std(ours.surface_torque)
 
 
+def test_elastic_contact_is_closer_to_elasto_plastic_friction(rig: Rig, commands: Commands) -> None:
+    theirs = foreign(rig, commands, Structure(FrictionState.ELASTO_PLASTIC, presliding=0.013)).surface_torque
+
+    def error(share: float) -> float:
+        elastic = replace(rig, contact=replace(rig.contact, elastic_share=share))
+        return float(np.std(Plant(elastic, ELEMENTS, 0.1).advance(commands).surface_torque - theirs))
+
+    assert error(1.0) < 0.5 * error(0.0)
+
+
 @pytest.mark.parametrize("state", list(FrictionState))
 def test_steady_rotation_takes_the_closed_form(rig: Rig, state: FrictionState) -> None:
     plant = ForeignPlant(
