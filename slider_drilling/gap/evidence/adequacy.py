@@ -34,8 +34,8 @@ class Adequacy:
     """Residuals of a fit, compared with those of its replicates.
 
     Attributes:
-        threshold: E up to which nothing counts as a gap: that the model leaves on its own replicates, exceeded at `LEVEL`,
-            or a negligible E.
+        threshold: E up to which nothing counts as a gap: that the model leaves on its own replicates, exceeded at
+            `LEVEL`, or a negligible E.
         channel_thresholds: The same for each channel.
         channels_above: Channels above theirs.
         channels_structured: Channels whose gap is not negligible and that hold more structure than replicates do.
