@@ -356,6 +356,14 @@ def test_far_calibration_names_the_effects_it_may_hide():
     assert "motor_wear" in technical_summary(far)
 
 
+def test_small_cause_explains_the_rest():
+    diagnosis = worn_motor()
+    gap = replace(diagnosis.gap, tuned=1.3, with_effect=None, closed=None, closed_interval=None)
+    small = replace(diagnosis, verdict="parameters", effects=(), small_cause="motor_wear", gap=gap)
+    assert says(small).endswith("than the file says: that explains the rest, and is too small to act on.")
+    assert "motor_wear, too small to act on, explains the rest" in technical_summary(small)
+
+
 def test_narrow_table_numbers_its_reasons():
     diagnosis = worn_motor()
     reasons = ["other", "not fitted"]

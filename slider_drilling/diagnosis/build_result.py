@@ -62,6 +62,7 @@ def with_engine_result(
         effects=answer.effects,
         suspected=tuple(candidate.effect.name for candidate in answer.suspected),
         masked_effects=answer.masked_effects,
+        small_cause=answer.small_cause,
         interrupted=state.interrupted,
         gap=_gap(answer, model),
         breakdown=answer.breakdown,

@@ -205,6 +205,8 @@ class Diagnosis:
         effects: The effects that the verdict rests on.
         suspected: Effects with evidence that are too small to be named.
         masked_effects: Effects that a far calibration may hide, most likely first.
+        small_cause: With parameters: the suspected effect that explains what calibration leaves; None if nothing needs
+            explaining.
         interrupted: The search was stopped before its end.
         gap: How large the gap is; None if nothing was fitted.
         breakdown: Where the gap lies, by channel, phase, frequency, time and depth.
@@ -234,6 +236,7 @@ class Diagnosis:
     effects: tuple[str, ...] = ()
     suspected: tuple[str, ...] = ()
     masked_effects: tuple[str, ...] = ()
+    small_cause: str | None = None
     interrupted: bool = False
     gap: Gap | None = None
     breakdown: GapBreakdown | None = None

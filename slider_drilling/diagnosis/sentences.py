@@ -47,7 +47,7 @@ def summary(diagnosis: Diagnosis) -> Sentence:
         return sentence("The simulation with this rig file ", _matches(gap, "nominal"), ".")
     if diagnosis.verdict == "parameters":
         calibrated = f"The simulation only needs calibration{_calibrated(diagnosis)}. "
-        return sentence(calibrated, _residual_gap(gap), _masked(diagnosis))
+        return sentence(calibrated, _residual_gap(diagnosis, gap), _masked(diagnosis))
     if diagnosis.verdict == "unknown":
         return _unknown(diagnosis, gap)
     return _effects(diagnosis, gap)
@@ -67,7 +67,7 @@ def technical_summary(diagnosis: Diagnosis) -> str:
         shape.disturbance if shape is not None and shape.of == "alternative" else "",
         shape.disturbance if shape is not None and shape.of == "rest" else "",
         diagnosis.masked_effects, tuple(plain_name(name) for name in gap.misfit_channels),
-        diagnosis.fed_back,
+        diagnosis.fed_back, diagnosis.small_cause,
     )  # fmt: skip
 
 
@@ -258,9 +258,15 @@ def _masked(diagnosis: Diagnosis) -> Text:
     )  # fmt: skip
 
 
-def _residual_gap(gap: Gap) -> Text:
+def _residual_gap(diagnosis: Diagnosis, gap: Gap) -> Text:
     if gap.tuned is None or gap.threshold is None:
         return ""
+    small = None if diagnosis.small_cause is None else diagnosis.candidate(diagnosis.small_cause)
+    if small is not None:
+        return sentence(
+            f"Calibrated, it leaves {format_number(gap.tuned)} times the noise. ", _phrase(small),
+            ": that explains the rest, and is too small to act on.",
+        )  # fmt: skip
     if gap.tuned <= gap.threshold:
         return sentence("Calibrated, it ", _matches(gap, "tuned"), ".")
     return (

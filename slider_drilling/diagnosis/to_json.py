@@ -33,6 +33,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": list(diagnosis.effects),
         "suspected": list(diagnosis.suspected),
         "masked_effects": list(diagnosis.masked_effects),
+        "small_cause": diagnosis.small_cause,
         "residual_shape": None if shape is None else _residual_shape(shape),
         "interrupted": diagnosis.interrupted,
         "gap": _plain(diagnosis.gap or Gap()),

@@ -45,6 +45,7 @@ class GapDiagnosis:
         runtime: Wall-clock time, s.
         state: The last state of the search.
         free_runs: The models with the parameters whose free run is best.
+        small_cause: With ``parameters``: an effect too small to act on that explains what calibration leaves.
         withdrawn: Names of effects that explain the log only while a measured channel is fed back.
     """
 
@@ -62,6 +63,7 @@ class GapDiagnosis:
     state: SearchState = field(repr=False)
     free_runs: FreeRunModels = field(repr=False)
     withdrawn: tuple[str, ...] = ()
+    small_cause: str | None = None
 
     @property
     def fed_back(self) -> str | None:
@@ -114,7 +116,7 @@ class GapDiagnosis:
         )
         return verdict_sentence(
             self.verdict, names, self.site, gaps, self.closed, self.closed_interval, alternative, remainder,
-            self.masked_effects, self.misfit_channels, self.fed_back,
+            self.masked_effects, self.misfit_channels, self.fed_back, self.small_cause,
         )  # fmt: skip
 
     @property
@@ -283,6 +285,7 @@ def _conclude(state: SearchState, candidates: Sequence[Effect], seed: int, start
         state=state,
         free_runs=free_runs,
         withdrawn=withdrawn,
+        small_cause=decision.small_cause,
     )
 
 

@@ -45,6 +45,15 @@ def rubbed(truth: Mapping[str, float], seed: int = 3, **what: object) -> Rubbed:
     return Rubbed((replace(run, excitation=np.sin(2.0 * np.pi * TIME / 17.0)),), **what)
 
 
+@pytest.mark.parametrize("material", [{}, {"sine": 9.0}])
+def test_cause_too_small_to_act_on_leaves_nothing_unknown(material):
+    model = toy(TUNED | {"sine": 4.0}, 3)
+    answer = explain(replace(model, effects=tuple(replace(effect, material=material) for effect in SINE)))
+    assert (answer.effects == ("sine",)) == (not material)
+    assert (answer.verdict == "parameters") == bool(material)
+    assert answer.small_cause == ("sine" if material else None)
+
+
 @pytest.mark.parametrize("fitted", [False, True])
 def test_equal_free_form_elsewhere_makes_effect_a_likeness(fitted):
     answer = explain(rubbed({"sine": 4.0}, shape="sine", fitted=fitted))

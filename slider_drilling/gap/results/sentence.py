@@ -18,6 +18,7 @@ def verdict_sentence(
     masked_effects: tuple[str, ...] = (),
     misfit_channels: tuple[str, ...] = (),
     fed_back: str | None = None,
+    small_cause: str | None = None,
 ) -> str:
     """The verdict with its figures.
 
@@ -33,6 +34,7 @@ def verdict_sentence(
         masked_effects: Effects that calibration may hide.
         misfit_channels: Channels that the final model misfits.
         fed_back: The measured channel that is fed back in the runs that E counts.
+        small_cause: An effect too small to act on that explains what calibration leaves.
     """
     nominal, calibrated, with_effects, threshold = gaps
     final = calibrated if math.isnan(with_effects) else with_effects
@@ -45,7 +47,8 @@ def verdict_sentence(
         return f"The model as given leaves only noise ({figures})."
     if verdict == "parameters":
         hidden = f", which may hide {' or '.join(masked_effects)}" if masked_effects else ""
-        return f"The model only needs calibration{hidden} ({figures})."
+        rest = f", and {small_cause}, too small to act on, explains the rest" if small_cause else ""
+        return f"The model only needs calibration{hidden}{rest} ({figures})."
     if verdict == "unknown":
         return f"No known effect explains what calibration leaves, most likely at the {site or 'model'} ({figures})."
     text = f"{' and '.join(effects)}: explains the log best"

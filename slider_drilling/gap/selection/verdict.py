@@ -21,6 +21,7 @@ from slider_drilling.gap.model import HasFreeForms
 from slider_drilling.gap.search.least_squares import min_gain_to_catch_up
 from slider_drilling.gap.selection.evidence_tests import Evidence, gap_reduction_relevant
 from slider_drilling.gap.selection.naming_criteria import Stage, failures
+from slider_drilling.gap.selection.refit import check_adequacy
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
 
@@ -35,6 +36,7 @@ class Decision:
         alternative: The free form that fits as well as these, or that shows the shape of the unknown cause.
         remainder: The free form that predicts best what remains beside the effects, if it closes enough of that.
         state: The state; calibrated only, where its effects are withdrawn.
+        small_cause: With ``parameters``: an effect too small to act on that explains what calibration leaves.
     """
 
     verdict: str
@@ -43,6 +45,7 @@ class Decision:
     alternative: FreeFormFit | None
     remainder: FreeFormFit | None
     state: SearchState = field(repr=False)
+    small_cause: str | None = None
 
 
 def reach_verdict(state: SearchState) -> Decision:
@@ -50,6 +53,8 @@ def reach_verdict(state: SearchState) -> Decision:
     if state.current.effects and failures(Stage.VERDICT, Evidence(state, state.calibrated, state.current)):
         state = without_effects(state)
     adequate, effects = state.adequacy.adequate, state.current.effects
+    if not effects and not adequate and (small := _small_cause(state)) is not None:
+        return replace(_calibration_verdict(state), small_cause=small)
     nothing_to_compare = state.interrupted or (adequate and not effects)
     folds = state.bootstrap.folds
     forms = [] if nothing_to_compare else fit_free_forms(state.calibrated, folds, _gain_worth_finishing(state))
@@ -80,6 +85,16 @@ def reach_verdict(state: SearchState) -> Decision:
 def _calibration_verdict(state: SearchState) -> Decision:
     """No effect is named, and none is needed."""
     return Decision("none" if state.nominal_adequate else "parameters", None, (), None, None, state)
+
+
+def _small_cause(state: SearchState) -> str | None:
+    """The likeliest effect that fails by its size alone, and beside which nothing is left: no unknown is needed."""
+    small = [
+        candidate for step in state.steps for candidate in step.candidates
+        if candidate.too_small and not candidate.beside and _in_same_noise_units(state, candidate.fitted)
+    ]  # fmt: skip
+    small.sort(key=lambda candidate: candidate.fitted.score.held_out_deviance)
+    return next((each.effect.name for each in small if check_adequacy(each.fitted, 0).adequate), None)
 
 
 def without_effects(state: SearchState) -> SearchState:
