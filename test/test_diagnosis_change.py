@@ -14,6 +14,7 @@ from slider_drilling.api.diagnose import diagnose
 from slider_drilling.api.what_changed import parse_since
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.diagnosis import build_model
 from slider_drilling.diagnosis.baseline import fit_baseline
 from slider_drilling.diagnosis.change_answer import ChangedParameter, changed_beside
 from slider_drilling.diagnosis.change_sentences import moved_clause
@@ -42,6 +43,14 @@ def _log(folder, name, seed, share_of_pressure=1.0, **effects):
     path = folder / f"{name}.mcap"
     write_sealed_log(path, rig, commands, simulate(true, commands, 50), generator)
     return read_log(path)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse():
+    """Meshes as fine as these short wells need."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build_model, "MESHES", (16, 24, 30))
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -94,7 +94,8 @@ def test_command_writes_all_three_files(tmp_path, coarse):
     assert not [p for p in (tmp_path / "out").iterdir() if p.name.startswith(".")]
 
 
-def test_log_that_never_moved_is_inconclusive(tmp_path, coarse):
+def test_log_that_never_moved_is_inconclusive(tmp_path, coarse, monkeypatch):
+    monkeypatch.setattr("slider_drilling.diagnosis.diagnose.recommend_first_run", lambda *arguments: None)
     path = write_run(tmp_path / "run.mcap", short_rig(), rocking(60.0, amplitude=0.01))
     log = read_log(path)
     diagnosis = diagnose([log], log.rig())
