@@ -165,7 +165,7 @@ class LoadSupervision:
             checked=state.tool_face.known and self._on_bottom_for >= _AFTER_BOTTOM,
             error=error, lead_torque=lead / string.compliance,
             turning_torque=string.estimate.response_time * self._rate / string.compliance,
-            full_drag=block.drag.full_drag, held=state.tool_face.follow.mobility < 1.0)
+            full_drag=block.drag.full_drag, held=state.tool_face.follow.held)
         if not self.check.evidence.learning:
             self._offset = self._torque_offset(string.estimate.bias, string.bias_sigma)
         self.check.update_cycle(

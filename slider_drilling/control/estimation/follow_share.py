@@ -12,7 +12,8 @@ from collections import deque
 
 _MEMORY = 45.0  # s, of the regression
 _PRIOR_TURN = math.radians(12.0)  # rad, expected turn that counts as much as the prior, which is to follow
-_FOLLOWS = 0.5  # share from which on the toolface counts as following
+_HELD = 0.5  # share below which contacts hold the bit
+_FOLLOWS = 0.8  # share from which on the toolface counts as following; below it turns by as much less
 _MIN_MOBILITY = 0.03
 _KEPT = 180.0  # s of expected turn that is kept: MWD arrives late
 
@@ -61,6 +62,11 @@ class FollowShare:
         """Measured turn over expected turn; 1 where little was expected."""
         prior = _PRIOR_TURN**2
         return (self._products + prior) / (self._squares + prior)
+
+    @property
+    def held(self) -> bool:
+        """Whether contacts hold the bit."""
+        return self.share < _HELD
 
     @property
     def mobility(self) -> float:

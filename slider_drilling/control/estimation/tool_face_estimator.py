@@ -188,7 +188,7 @@ class ToolFaceEstimator:
     def _walk(self) -> float:
         """Random walk of the toolface, rad/sqrt(s): more where it turns fast, and where MWD contradicts the model."""
         rate = self.driving_twist / self.filter.response_time
-        variance = _RATE_VARIANCE if self.bit_loaded or self.follow.mobility < 1.0 else _RAMP_RATE_VARIANCE
+        variance = _RATE_VARIANCE if self.bit_loaded or self.follow.held else _RAMP_RATE_VARIANCE
         walk = _LOOSE_WALK if self.torn_loose else self._noise.walk
         return math.sqrt(
             self._innovation * (walk**2 + variance * rate * rate * self.filter.response_time))
