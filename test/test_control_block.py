@@ -200,7 +200,7 @@ def test_lock_up_not_freed_by_rocking_latches():
 
 
 def test_moderate_drag_trips_lock_up_later():
-    assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 170.0) is LockUpState.FREE
+    assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 110.0) is LockUpState.FREE
     assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 181.0) is LockUpState.HELD
     assert lock_up_after(LockUpInterlock(), math.nan, 0.9e6, 600.0) is LockUpState.FREE
 

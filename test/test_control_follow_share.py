@@ -41,8 +41,8 @@ def test_sample_that_is_read_twice_counts_once() -> None:
     assert follow.share == before
 
 
-@pytest.mark.parametrize(("share", "held"), [(0.2, True), (0.7, False), (1.0, False)])
+@pytest.mark.parametrize(("share", "held"), [(0.2, True), (0.58, False), (1.0, False)])
 def test_filter_turns_by_measured_share(share, held):
     follow = observed(share)
     assert follow.held == held
-    assert follow.mobility == pytest.approx(min(follow.share / 0.8, 1.0)) and (follow.mobility < 1.0) == (share < 0.8)
+    assert follow.mobility == pytest.approx(min(follow.share / 0.65, 1.0))

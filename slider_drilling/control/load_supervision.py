@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _RATE_TIME = 40.0         # s, average of the rate at which the toolface turns
 _AFTER_BOTTOM = 60.0      # s after the bit is back on bottom before channels are compared
 _BELIEVED_TIME = 30.0     # s
+_SLOWED_SHARE = 0.95      # of the target pressure; where drag leaves less, lowering is slower for it
 _DRAG_CHANGE = (0.3, 12e3)   # that is reported: share of the drag of a string that does not rotate, and N besides
 CHANNEL_FAULTS = (LoadFault.TORQUE, LoadFault.HOOK_LOAD)
 
@@ -165,7 +166,8 @@ class LoadSupervision:
             checked=state.tool_face.known and self._on_bottom_for >= _AFTER_BOTTOM,
             error=error, lead_torque=lead / string.compliance,
             turning_torque=string.estimate.response_time * self._rate / string.compliance,
-            full_drag=block.drag.full_drag, held=state.tool_face.follow.held)
+            full_drag=block.drag.full_drag, held=state.tool_face.follow.held,
+            slowed=block.drag_limit_share < _SLOWED_SHARE)
         if not self.check.evidence.learning:
             self._offset = self._torque_offset(string.estimate.bias, string.bias_sigma)
         self.check.update_cycle(

@@ -13,7 +13,7 @@ from collections import deque
 _MEMORY = 45.0  # s, of the regression
 _PRIOR_TURN = math.radians(12.0)  # rad, expected turn that counts as much as the prior, which is to follow
 _HELD = 0.5  # share below which contacts hold the bit
-_FOLLOWS = 0.8  # share from which on the toolface counts as following; below it turns by as much less
+_FOLLOWS = 0.65  # share from which on the toolface counts as following; below it turns by as much less
 _MIN_MOBILITY = 0.03
 _KEPT = 180.0  # s of expected turn that is kept: MWD arrives late
 

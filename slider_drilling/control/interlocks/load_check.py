@@ -83,6 +83,7 @@ class LoadConditions:
         turning_torque: Torque that turns the toolface at its present rate, N m, positive right.
         full_drag: Drag of a string that does not rotate, N.
         held: Whether contacts hold the bit against the twist that should turn it.
+        slowed: Whether drag that may let go keeps the weight down, so that hook load and rate follow pressure.
     """
 
     loaded: bool
@@ -92,6 +93,7 @@ class LoadConditions:
     turning_torque: float
     full_drag: float
     held: bool = False
+    slowed: bool = False
 
 
 class LoadCheck:
@@ -229,6 +231,8 @@ class LoadCheck:
         self.tolerance = sure + min(max(winding, 0.0), most)
         self.tolerance_below = _SAFE_SIDE * sure + min(max(-winding, 0.0), most)
         turning = abs(conditions.error) > _SETTING_ERROR
+        if conditions.slowed:
+            self._stopped_left = RATE_WINDOW
         if abs(conditions.error) > _REFERENCE_ERROR:   # the load waits for the toolface, so the rate says little
             self._rate_hidden = RATE_WINDOW
         # Torque that winds or turns the string would be taken for the motor's.

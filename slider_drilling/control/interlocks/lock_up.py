@@ -12,9 +12,9 @@ import enum
 
 # Drag is a share of the drag of a string that does not rotate.
 _TRIP_DRAG, _RELEASE_DRAG = 0.6, 0.35
-_SLOW_TRIP_DRAG = 0.4        # trips too, after a longer time
+_SLOW_TRIP_DRAG = 0.37       # trips too, after a longer time
 _ARRIVING_SHARE = 0.85       # of the target pressure, below which weight does not arrive
-_TRIP_TIME, _SLOW_TRIP_TIME = 20.0, 180.0   # s
+_TRIP_TIME, _SLOW_TRIP_TIME = 20.0, 120.0   # s
 _RELEASE_TIME = 30.0         # s of low drag before lowering resumes
 _MAX_HOLD_TIME = 240.0       # s in which rocking has to free the string
 _WEIGHT_REDUCTION = 0.9      # factor on the target weight at each trip
