@@ -23,6 +23,14 @@ class BendingToy(Toy):
         return replace(self, nuisance=(*self.nuisance, *parameters))
 
 
+class TwinToy(BendingToy):
+    """Its bend may be calibrated under two names."""
+
+    def simulate(self, run, sets, options):  # type: ignore[no-untyped-def]
+        merged = [{**values, "bend": values.get("bend", 0.0) + values.get("twin", 0.0)} for values in sets]
+        return super().simulate(run, merged, options)
+
+
 def bending_toy(seed: int, **truth: float) -> BendingToy:
     return BendingToy(toy({"level": 2.0} | truth, seed).runs)
 
@@ -48,3 +56,12 @@ def test_nuisance_is_not_calibrated_without_need():
 def test_conditional_nuisance_is_no_candidate():
     answer = explain(bending_toy(4, bend=0.4, saw=4.0))
     assert "bend" not in [candidate.effect.name for candidate in answer.candidates]
+
+
+def test_alike_nuisance_does_not_stop_calibration():
+    """Two conditional parameters that do the same: the log need not tell which it is."""
+    (run,) = toy({"level": 2.0, "bend": 4.0}, 5).runs
+    twin = replace(BEND, name="twin", parameters=(replace(BEND.parameters[0], name="twin"),))
+    answer = explain(TwinToy((run,), conditional_nuisance=(BEND, twin)))
+    assert answer.verdict == "parameters"
+    assert {"bend", "twin"} & set(answer.parameters)

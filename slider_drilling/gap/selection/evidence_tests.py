@@ -69,9 +69,13 @@ class Evidence:
 
     @property
     def candidates(self) -> int:
-        """Number of sets of effects that share the level of a test (Bonferroni)."""
-        count = len(self.remaining)
-        return max(count, comb(count, len(self.new_effects)))
+        """Number of sets of effects that share the level of a test (Bonferroni).
+
+        Conditional nuisance is not chosen among the effects: all of it together is one set.
+        """
+        known, count = {effect.name for effect in self.remaining}, len(self.remaining)
+        chosen = sum(effect.name in known for effect in self.new_effects)
+        return max(count, comb(count, chosen))
 
 
 def gap_reduction_relevant(before: HeldOutScore, after: HeldOutScore) -> bool:

@@ -103,9 +103,11 @@ def _missing_nuisance(
 ) -> FittedModel | None:
     """The model with conditional nuisance that explains more than every effect that may be named, else None."""
     best = next((candidate for candidate in candidates if candidate.passed), None)
-    if best is None or best.effect not in conditional or indistinguishable_from(state.bootstrap, best, candidates):
+    if best is None or best.effect not in conditional:
         return None
-    return best.fitted
+    # Whether it is one number of the nuisance or another need not be decided.
+    nameable = [candidate for candidate in candidates if candidate.effect not in conditional]
+    return None if indistinguishable_from(state.bootstrap, best, nameable) else best.fitted
 
 
 def _accept_best(
