@@ -10,6 +10,7 @@ from slider_drilling.diagnosis.assumed_priors import assumed_parameters, with_as
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_rate_parameters
 from slider_drilling.diagnosis.unlogged_flow import flow_step_parameters
+from slider_drilling.effects.torque_reading import TORQUE_SENSOR_BIAS, TORQUE_SENSOR_GAIN, TORQUE_SENSOR_LAG
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.rig import Rig
 
@@ -109,12 +110,15 @@ def hook_load_reading() -> tuple[Parameter, ...]:
 def torque_reading() -> tuple[Parameter, ...]:
     """How surface torque is read, within what nobody acts on. A larger error is a fault with a name of its own.
 
-    The spreads are half of the smallest faults that the registry of effects calls material.
+    The bounds are the smallest faults that the registry of effects calls material, the spreads half of them: a log
+    cannot distinguish the two, but by their size.
     """
+    gain, bias, lag = (effect.sizes.material for effect in (TORQUE_SENSOR_GAIN, TORQUE_SENSOR_BIAS, TORQUE_SENSOR_LAG))
+    share, zero, delay = gain["gain"], bias["bias"], lag["lag"]
     return (
-        Parameter("torque_gain", 1.0, 0.8, 1.25, 0.005, spread=0.01),
-        Parameter("torque_offset", 0.0, -2e3, 2e3, 50.0, "N m", spread=50.0),
-        Parameter("torque_delay", 0.0, -0.5, 0.5, 0.02, "s", spread=0.05),
+        Parameter("torque_gain", 1.0, 1.0 - share, 1.0 + share, 0.005, spread=0.5 * share),
+        Parameter("torque_offset", 0.0, -zero, zero, 0.5 * zero, "N m", spread=0.5 * zero),
+        Parameter("torque_delay", 0.0, -delay, delay, 0.02, "s", spread=0.5 * delay),
     )
 
 
