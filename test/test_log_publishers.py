@@ -186,6 +186,15 @@ def test_a_reading_that_swings_at_half_the_rate_is_kept(tmp_path: Path, column: 
     assert log.notes == () and log.top_drive is not None and len(log.top_drive.time) == 3 * COUNT
 
 
+def test_noise_of_a_parked_drive_is_one_publisher(tmp_path: Path) -> None:
+    """It turned before; then its encoder flickers between two steps in every fifth sample."""
+    rows = []
+    for step in range(3 * COUNT):
+        turned = 0.5 * min(step, 20) + (0.0004 if step > 20 and step % 5 == 0 else 0.0)
+        rows.append((1, 0.1 * step, state(0.1 * step, (turned, 0.0, torque(0.1 * step))), 0))
+    assert len(read_log(write(tmp_path / "log.mcap", rows)).top_drive.time) == 3 * COUNT
+
+
 def test_sequence_numbers_tell_publishers_apart(tmp_path: Path) -> None:
     other = [(1, time + 0.03, state(time + 0.03, (900.0 - 3.0 * time, 2.0, 1.0)), 5000 + step)
              for step, (_, time, _, _) in enumerate(real())]  # fmt: skip

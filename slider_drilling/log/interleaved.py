@@ -15,6 +15,7 @@ from slider_drilling.log.timestamps import MAX_STEP_BACK, Array, StampedSamples
 
 _MIN_SAMPLES = 20  # of the rarer publisher
 _AWAY = 10.0  # an excursion is so many times longer than the step between its neighbours
+_FAR = 0.1  # of the channel's range (5 to 95 %): the noise of a reading is less
 _SHARE = 0.8  # of the gaps between excursions that are as long as usual
 _USUAL = (0.6, 1.5)
 _MIN_VALUES = 10  # different ones; a coarse number that changes between two levels has two
@@ -71,7 +72,8 @@ def _is_interleaved(values: Array) -> bool:
     if value.size < 3 * _MIN_SAMPLES:
         return False
     step = np.abs(np.diff(value))
-    away = np.minimum(step[:-1], step[1:]) > _AWAY * np.abs(value[2:] - value[:-2])
+    far = _FAR * float(np.subtract(*np.percentile(value, [95.0, 5.0])))
+    away = np.minimum(step[:-1], step[1:]) > np.maximum(_AWAY * np.abs(value[2:] - value[:-2]), far)
     if np.count_nonzero(away) < _MIN_SAMPLES or np.unique(value).size < _MIN_VALUES:
         return False
     gaps = np.diff(np.flatnonzero(away)).astype(np.float64)
