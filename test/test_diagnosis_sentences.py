@@ -356,6 +356,23 @@ def test_far_calibration_names_the_effects_it_may_hide():
     assert "motor_wear" in technical_summary(far)
 
 
+@pytest.mark.parametrize(
+    ("tool_face", "hook_load", "words"),
+    [
+        (10.0, 4e3, "within the sensors' noise; the toolface is off by 10 deg, within the 15 deg"),
+        (16.0, 4e3, "within the sensors' noise; the toolface is off by 16 deg, hardly more than the 15 deg"),
+        (0.5, 8e3, "within the sensors' noise and what any rig and model are off by."),
+    ],
+)
+def test_no_gap_is_told_as_it_is(tool_face, hook_load, words):
+    rms = {
+        "tool_face": ChannelErrors("rad", DEG, tool_face * DEG, None),
+        "hook_load": ChannelErrors("N", 9e3, hook_load, None),
+    }
+    gap = replace(worn_motor().gap, tuned=1.1, with_effect=None, closed=None, closed_interval=None, rms=rms)
+    assert words in says(replace(worn_motor(), verdict="parameters", effects=(), gap=gap))
+
+
 def test_small_cause_explains_the_rest():
     diagnosis = worn_motor()
     gap = replace(diagnosis.gap, tuned=1.3, with_effect=None, closed=None, closed_interval=None)

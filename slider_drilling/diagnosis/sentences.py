@@ -286,7 +286,9 @@ def _matches(gap: Gap, stage: str) -> Text:
         return matches
     usual = displayed(TOOL_FACE_TOLERANCE, errors.unit, 2)
     off_by = displayed(off, errors.unit, 2)
-    return sentence(f"{matches}; the toolface is off by ", off_by, ", within the ", usual, " that drillers steer by")
+    compared = "within" if off <= TOOL_FACE_TOLERANCE else "hardly more than"
+    steered = (f", {compared} the ", usual, " that drillers steer by")
+    return sentence(f"{matches}; the toolface is off by ", off_by, *steered)
 
 
 def _wanders(gap: Gap, stage: str) -> bool:
