@@ -235,5 +235,5 @@ def test_dead_rig_looks_dead(
     texts = page.locator("[data-name=statuses] .sd-status").all_inner_texts()
     assert texts and all(re.search(r"no word since \d+ s", text) for text in texts)
     assert re.search(r"\d+ s \(no sample since \d+ s\)", page.locator("[data-name=facts]").inner_text())
-    assert "sd-lost" in page.locator("[data-name=facts]").get_attribute("class")
+    page.locator("[data-name=facts].sd-lost").wait_for()
     page.screenshot(path=repository / "build" / "screenshots" / "live_dead.png", full_page=True)
