@@ -21,6 +21,7 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
     ResidualShape,
 )
+from slider_drilling.gap.evidence.adequacy import HARDLY_MORE_THAN_NOISE
 from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
@@ -138,7 +139,7 @@ def _rms_by_stage(answer: GapDiagnosis) -> dict[str, dict[str, float]]:
 
 def _share(closed: float, interval: Interval, answer: GapDiagnosis) -> tuple[float | None, Interval | None]:
     """A share of the gap and its interval; None without a gap above noise, or if the gap does not shrink."""
-    if math.isnan(closed) or closed <= 0.0 or not answer.gap_calibrated > max(answer.null_threshold, 1.0):
+    if math.isnan(closed) or closed <= 0.0 or not answer.gap_calibrated > HARDLY_MORE_THAN_NOISE:
         return None, None
     if math.isnan(interval[0]):
         return closed, None

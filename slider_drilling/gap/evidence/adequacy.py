@@ -27,6 +27,8 @@ _TWO_PARAMETER_GAIN = float(chi2.isf(LEVEL, 2))
 # E^2 - 1 that no engineer would act upon, of all channels as of one. Other codes for the same equations, and coloured
 # noise, differ by as much.
 NEGLIGIBLE = 0.5
+HARDLY_MORE_THAN_NOISE = float(np.sqrt(1.0 + NEGLIGIBLE))
+"""E below which no share of a gap is stated."""
 
 
 @dataclass(frozen=True)

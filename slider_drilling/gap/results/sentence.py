@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from slider_drilling.gap.evidence.adequacy import HARDLY_MORE_THAN_NOISE
+
 
 def verdict_sentence(
     verdict: str,
@@ -52,7 +54,7 @@ def verdict_sentence(
     if verdict == "unknown":
         return f"No known effect explains what calibration leaves, most likely at the {site or 'model'} ({figures})."
     text = f"{' and '.join(effects)}: explains the log best"
-    if not math.isnan(closed) and calibrated > threshold:
+    if not math.isnan(closed) and calibrated > HARDLY_MORE_THAN_NOISE:
         span = "" if math.isnan(interval[0]) else f" [{interval[0]:.2f}, {interval[1]:.2f}]"
         text += f" and closes {closed:.2f}{span} of the gap"
     if verdict == "effect":
