@@ -1,4 +1,4 @@
-"""The whole engine on a linear model: false alarms, names, intervals, over 120 replicates."""
+"""The whole engine on a linear model: false alarms, names, intervals, over 200 replicates."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.selection.state import CandidateResult, SelectionStep
 
 TUNED = {"level": 2.0, "slope": -1.5}
-REPLICATES = 60
+REPLICATES = 100
 
 
 @pytest.fixture(scope="module")
