@@ -62,13 +62,14 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     if not channels:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(map(str, remarks))}")
     nuisance = (*nuisance_parameters(rig, channels), *with_assumed_spreads(run_parameters(channels, inputs), rig))
-    effects = _catalogue(rig, runs)
+    lines = tool_frequencies(runs)
+    effects = _catalogue(rig, runs, lines)
     users = _checked_users(user_effects, effects, nuisance, rig, inputs[0])
     torque_only = channels == ["surface_torque"]
     effects = _observable(effects, channels, off_bottom, torque_only)
     if "hook_load" not in channels:
         remarks.append("the log holds no hook load: axial_oscillation_tool is not a candidate")
-    elif not tool_frequencies(runs):
+    elif not lines:
         # Without its line the tool is no more than less friction, and its frequency may be any.
         effects = tuple(effect for effect in effects if effect.name != AXIAL_OSCILLATION_TOOL.name)
         remarks.append(
@@ -98,12 +99,10 @@ def model_without_logs(rig: Rig, duration: float, user_effects: Sequence[UserEff
     )  # fmt: skip
 
 
-def _catalogue(rig: Rig, runs: Sequence[LoggedRun]) -> tuple[Effect, ...]:
-    """All effects, with search starts that these logs suggest."""
+def _catalogue(rig: Rig, runs: Sequence[LoggedRun], lines: Sequence[float]) -> tuple[Effect, ...]:
+    """All effects, with search starts that these logs suggest; lines: frequencies of a tool, Hz."""
     duration = max(run.duration for run in runs)
-    return catalogue(
-        rig.string.length, duration, wave_periods(runs[0]), tool_frequencies(runs), _torque_interval(runs), len(runs)
-    )
+    return catalogue(rig.string.length, duration, wave_periods(runs[0]), lines, _torque_interval(runs), len(runs))
 
 
 def _checked_users(

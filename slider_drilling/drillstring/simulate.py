@@ -203,11 +203,12 @@ def simulate_batch(
         )
 
     blocks = _blocks(needed, width)
-    responses: list[Response | None] = [None] * len(rigs)
-    for block, channels in zip(blocks, parallel_map(run, blocks, workers), strict=True):
-        for place, lane in enumerate(block.lanes):
-            responses[lane] = Response(commands.time, *channels[:, :, place].T)
-    return [response for response in responses if response is not None]
+    responses = {
+        lane: Response(commands.time, *channels[:, :, place].T)
+        for block, channels in zip(blocks, parallel_map(run, blocks, workers), strict=True)
+        for place, lane in enumerate(block.lanes)
+    }
+    return [responses[lane] for lane in range(len(rigs))]
 
 
 class _Block(NamedTuple):

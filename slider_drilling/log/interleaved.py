@@ -80,4 +80,3 @@ def _is_interleaved(values: Array) -> bool:
     usual = float(np.median(gaps))
     regular = gaps[(gaps >= _USUAL[0] * usual) & (gaps <= _USUAL[1] * usual)]
     return bool(regular.size >= _SHARE * gaps.size and regular.sum() > 0.5 * value.size)
-

@@ -75,8 +75,12 @@ class BlockControl:
     @property
     def allowed_pressure(self) -> float:
         """Target pressure less what torque limits, lock-up and drag that may let go take off, Pa."""
-        share = self.lock_up.share_left * self.torque_limit_share
-        return min(share, self.drag_limit_share) * self.target_pressure
+        return min(self._pressure_beside_drag, self.drag_limit_share * self.target_pressure)
+
+    @property
+    def _pressure_beside_drag(self) -> float:
+        """Target pressure less what torque limits and lock-up take off, Pa."""
+        return self.lock_up.share_left * self.torque_limit_share * self.target_pressure
 
     @property
     def drag_limit_share(self) -> float:
@@ -116,8 +120,7 @@ class BlockControl:
         """Check that weight arrives at the bit: pressure across the motor Pa, time since the last sample s."""
         # Drag that leaves most of the weight does not lock the string up.
         drag = 0.0 if self.drag_limit_share > _GOES_ON_SHARE else self.drag.share
-        allowed = self.lock_up.share_left * self.torque_limit_share * self.target_pressure
-        self.lock_up.update(drag, pressure, allowed, step)
+        self.lock_up.update(drag, pressure, self._pressure_beside_drag, step)
 
     def pick_up(self) -> float:
         """Block speed (m/s) that lifts the bit."""

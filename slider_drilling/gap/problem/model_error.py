@@ -7,7 +7,7 @@ per cent everywhere. `Channel.model_error` says by how much, as a share of what 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,10 +30,7 @@ def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
     Returns:
         ``(model_error * standard deviation of the channel / noise)^2``, averaged over the runs.
     """
-    budget: dict[str, list[float]] = {}
-    for piece in problem.pieces:
-        budget.setdefault(piece.name, []).append(model_error_size(piece, fitted.simulated) ** 2)
-    return {name: float(np.mean(values)) for name, values in budget.items()}
+    return _averaged_over_runs(problem, lambda piece: model_error_size(piece, fitted.simulated) ** 2)
 
 
 def wander_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
@@ -43,11 +40,21 @@ def wander_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
         problem: The problem.
         fitted: A fit, whose simulation shows how far every channel moves.
     """
-    budget = model_error_budget(problem, fitted)
-    for name in budget:
-        own = [piece for piece in problem.pieces if piece.name == name]
-        budget[name] += float(np.mean([_moves(piece, fitted.simulated, piece.channel.wander) ** 2 for piece in own]))
-    return budget
+    return _averaged_over_runs(
+        problem,
+        lambda piece: (
+            model_error_size(piece, fitted.simulated) ** 2
+            + _moves(piece, fitted.simulated, piece.channel.wander) ** 2
+        ),
+    )
+
+
+def _averaged_over_runs(problem: Problem, square: Callable[[Piece], float]) -> dict[str, float]:
+    """By channel, the mean of a square over its runs."""
+    squares: dict[str, list[float]] = {}
+    for piece in problem.pieces:
+        squares.setdefault(piece.name, []).append(square(piece))
+    return {name: float(np.mean(values)) for name, values in squares.items()}
 
 
 def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covariance: Array) -> Array:

@@ -161,9 +161,9 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     problem = state.modes[mode].at_fidelity_of(effects)
     freed = parameters_of(problem, effects)
 
-    def advanced(arm: Arm, stage: _GridRound) -> Arm:
+    def advanced(arm: Arm, part: Problem, iterations: int) -> Arm:
         values = arm.start if arm.fit is None else arm.fit.values
-        return replace(arm, fit=fit(first_part(problem, stage.fraction), freed, values, iterations=stage.iterations))
+        return replace(arm, fit=fit(part, freed, values, iterations=iterations))
 
     arms = []
     for scanned in product(*(effect.scan for effect in conditional)):
@@ -172,7 +172,8 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
             start |= effect.values(point)
         arms.append(Arm(effects, mode, start, None))
     for stage in _GRID_ROUNDS:
-        arms = sorted(parallel_map(partial(advanced, stage=stage), arms), key=lambda arm: arm.cost)[: stage.kept]
+        advance = partial(advanced, part=first_part(problem, stage.fraction), iterations=stage.iterations)
+        arms = sorted(parallel_map(advance, arms), key=lambda arm: arm.cost)[: stage.kept]
     return arms
 
 
