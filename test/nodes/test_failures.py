@@ -18,6 +18,7 @@ def test_lost_controller_stops_block_until_commands_return(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
     start("friction_simulator", elements=20)
     listener.lower_at(2.0)
+    listener.until(lambda: bool(listener.heard["top_drive_command"]), "the controller is heard here too")
     controller.kill()
     listener.until_status(COMMANDS, ERROR, "no command on top_drive/command and draw_works/command for 1 s")
     # A drive that is braked in finite steps ends at zero but for rounding.
