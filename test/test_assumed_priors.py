@@ -24,7 +24,7 @@ def assuming(**spreads: float) -> Rig:
 
 def test_nothing_assumed_changes_nothing() -> None:
     names = {parameter.name for parameter in nuisance_parameters(RIG, CHANNELS)}
-    assert not names & {"string_weight", "bit_aggressiveness", "motor_leak"}
+    assert not names & {"bit_aggressiveness", "motor_leak"}
 
 
 def test_spread_over_value_is_the_prior() -> None:

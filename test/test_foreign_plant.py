@@ -61,6 +61,17 @@ def test_almost_rigid_contact_is_coulomb_friction(rig: Rig, commands: Commands, 
     assert np.std(difference) < 0.03 * np.std(ours.surface_torque)
 
 
+@pytest.mark.parametrize(
+    "state, elastic_share", [(FrictionState.RADIAL_DAHL, 0.0), (FrictionState.ELASTO_PLASTIC, 1.0)]
+)
+def test_vector_law_is_foreign_law(rig: Rig, commands: Commands, state: FrictionState, elastic_share: float) -> None:
+    contact = replace(rig.contact, elastic_share=elastic_share, vector_share=1.0)
+    ours = Plant(replace(rig, contact=contact), ELEMENTS, 0.1).advance(commands)
+    theirs = foreign(rig, commands, Structure(state, presliding=0.013))
+    assert np.std(ours.tool_face - theirs.tool_face) < 0.01
+    assert np.std(ours.hook_load - theirs.hook_load) < 300.0
+
+
 def test_elastic_contact_is_closer_to_elasto_plastic_friction(rig: Rig, commands: Commands) -> None:
     theirs = foreign(rig, commands, Structure(FrictionState.ELASTO_PLASTIC, presliding=0.013)).surface_torque
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.api.rigs import load_rig
+from slider_drilling.drillstring import Commands, Plant
 from slider_drilling.drillstring.assemble import springs
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, check_rig
@@ -64,6 +65,19 @@ def test_tool_joints_are_the_lever_of_friction() -> None:
     assert ours.hook_load == plain.hook_load
     foot = plain.torque[np.searchsorted(plain.measured_depth, 3940.0)]
     assert (ours.surface_torque - foot) / (plain.surface_torque - foot) == pytest.approx(0.168 / 0.127, rel=1e-3)
+
+
+def test_contact_radius_factor_scales_friction_torque() -> None:
+    rig = load_rig()
+    wider = rig.with_({"string.contact_radius_factor": 1.2})
+    plain, ours = static_loads(rig, 0.0, 1.0), static_loads(wider, 0.0, 1.0)
+    assert ours.hook_load == plain.hook_load
+    assert ours.surface_torque == pytest.approx(1.2 * plain.surface_torque)
+    time, still = np.arange(0.0, 60.0, 0.1), np.zeros(600)
+    turning = Commands(time, 3.0 * time, still + 3.0, still - 5.0, still, still)
+    torque = [Plant(one, 60, 0.1).advance(turning).surface_torque[-1] for one in (rig, wider)]
+    # The mud's damping has its own lever.
+    assert torque[1] == pytest.approx(1.2 * torque[0], rel=5e-3)
 
 
 def test_tool_joints_and_body_are_in_series() -> None:

@@ -26,6 +26,8 @@ _CALIBRATED = {
     "motor.torque_per_pressure": "motor_gain",
     "hydraulics.reference_pressure": "pressure_gain",
     "hydraulics.lag": "pressure_lag",
+    "string.weight_factor": "string_weight",
+    "string.contact_radius_factor": "contact_radius",
 }
 _FRICTION = re.compile(r"well\.friction_intervals\[(\d+)\]\.factor")
 
@@ -39,7 +41,6 @@ class _OnlyAssumed:
 
 
 _ONLY_ASSUMED = {
-    "string.weight_factor": _OnlyAssumed("string_weight", frozenset({"hook_load"})),
     "bit.aggressiveness": _OnlyAssumed("bit_aggressiveness", frozenset({"standpipe_pressure", "tool_face"})),
     "motor.leak": _OnlyAssumed("motor_leak", frozenset({"standpipe_pressure"})),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,10 +17,11 @@ from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_paramete
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, check_user_effects, checked_effect
+from slider_drilling.drillstring import Commands
 from slider_drilling.effects import EFFECTS
 from slider_drilling.effects.drives_and_bit import AXIAL_OSCILLATION_TOOL
 from slider_drilling.errors import InputError
-from slider_drilling.gap.model import Effect, LoggedRun, Parameter
+from slider_drilling.gap.model import Channel, Effect, LoggedRun, Parameter
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
@@ -27,6 +29,12 @@ from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
 
+# Shares by which numbers of a rig wander that does not change, with the rock, the cuttings and the depth of cut:
+# friction, and the bit's torque per weight, which nothing but the motor's pressure shows.
+FRICTION_WANDER, BIT_TORQUE_WANDER = 0.01, 0.02
+# Share of what the motor's pressure moves: the weight that reaches the bit holds the errors of all friction above it.
+WEIGHT_WANDER = 0.035
+_OFF_BOTTOM = 0.02  # quantile of a log's pressures that stands for the bit off bottom
 # Effects that show only together in stick-slip: the drive's own torque, and friction that falls with speed and grows
 # at rest.
 STICK_SLIP_EFFECTS = ("torque_at_motor", "stribeck", "static_aging")
@@ -151,6 +159,7 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
         if name == "standpipe_pressure" and inputs.flow_step_times is not None:
             kept &= ~flow_reduced(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
+        channel = replace(channel, wander=_wander(channel, rig, commands))
         why = why_unusable(channel)
         if why is None:
             channels.append(channel)
@@ -160,6 +169,19 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
         log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig),
         "the top drive's angle", "rad",
     )  # fmt: skip
+
+
+def _wander(channel: Channel, rig: Rig, commands: Commands) -> float:
+    """RMS by which a channel wanders, in its unit, because friction, weight and the bit's torque do."""
+    if channel.time.size == 0 or channel.name not in ("surface_torque", "standpipe_pressure"):
+        return 0.0
+    if channel.name == "surface_torque":
+        return FRICTION_WANDER * float(np.sqrt(np.mean(channel.measured**2)))
+    circulation = rig.circulation_at(np.interp(channel.time, commands.time, commands.pump_speed))
+    # The lowest pressure for its flow is that of circulation, where it is below the rig file's.
+    lowest = float(np.quantile(channel.measured / np.maximum(circulation, 1.0), _OFF_BOTTOM))
+    of_motor = np.maximum(channel.measured - min(lowest, 1.0) * circulation, 0.0)
+    return math.hypot(BIT_TORQUE_WANDER * float(np.sqrt(np.mean(of_motor**2))), WEIGHT_WANDER * float(np.std(of_motor)))
 
 
 def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:

@@ -339,6 +339,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             axial_damping=string.axial_damping * values.get("axial_damping", 1.0),
             torsional_damping=string.torsional_damping * values.get("torsional_damping", 1.0),
             weight_factor=string.weight_factor * values.get("string_weight", 1.0),
+            contact_radius_factor=string.contact_radius_factor * values.get("contact_radius", 1.0),
         ),
         contact=contact_with(rig.contact, values),
         bit=replace(

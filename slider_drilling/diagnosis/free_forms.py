@@ -12,7 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.nuisance import ANISOTROPY, COMPLIANCE, COMPLIANCE_DECADES, ELASTIC_SHARE, compliance_of
+from slider_drilling.diagnosis.nuisance import (
+    ANISOTROPY,
+    COMPLIANCE,
+    COMPLIANCE_DECADES,
+    ELASTIC_SHARE,
+    VECTOR_SHARE,
+    compliance_of,
+)
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
 from slider_drilling.rig import Asperity, Contact
@@ -99,7 +106,7 @@ def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
 
 def contact_with(contact: Contact, values: Values) -> Contact:
     """The contact with its asperities turned or rounder, and with another compliance before it slides."""
-    if not {_ACROSS, _GIVE, COMPLIANCE, COMPLIANCE_DECADES, ANISOTROPY, ELASTIC_SHARE} & set(values):
+    if not {_ACROSS, _GIVE, COMPLIANCE, COMPLIANCE_DECADES, ANISOTROPY, ELASTIC_SHARE, VECTOR_SHARE} & set(values):
         return contact
     angle, before = contact.asperity.orientation, _share_across(contact)
     after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
@@ -108,7 +115,9 @@ def contact_with(contact: Contact, values: Values) -> Contact:
     asperity = _with_anisotropy(replace(contact.asperity, orientation=angle + away * turned), values)
     compliance = compliance_of(values) * (1.0 + values.get(_GIVE, 0.0))
     elastic = values.get(ELASTIC_SHARE, contact.elastic_share)
-    return replace(contact, asperity=asperity, stiffness=contact.stiffness / compliance, elastic_share=elastic)
+    vector = values.get(VECTOR_SHARE, contact.vector_share)
+    stiffness = contact.stiffness / compliance
+    return replace(contact, asperity=asperity, stiffness=stiffness, elastic_share=elastic, vector_share=vector)
 
 
 def _with_anisotropy(asperity: Asperity, values: Values) -> Asperity:

@@ -22,9 +22,6 @@ from slider_drilling.units import Text
 _UNITS = {"surface_torque": "N m", "standpipe_pressure": "Pa", "hook_load": "N"}
 # Share of what a channel moves by which the plant as such may be wrong.
 MODEL_ERRORS = {"surface_torque": 0.02, "hook_load": 0.02, "standpipe_pressure": 0.02}
-# Share of what it moves by which it wanders. Bit torque per weight and the temperature of the mud change slowly, and
-# nothing but the pressure shows it: plants of foreign structure leave 5 % of the pressure's movement.
-WANDERS = {"standpipe_pressure": 0.05}
 # rad, 15 deg: RMS error of a simulated toolface that nobody would act upon, as directional drillers steer within it.
 TOOL_FACE_TOLERANCE = math.radians(15.0)
 
@@ -123,9 +120,8 @@ def channel_of(rig: Rig, name: str, time: Array, values: Array) -> Channel:
     sensor: Sensor = getattr(rig.sensors, name)
     return Channel(
         name, time, values, _UNITS[name], declared_noise=sensor.noise, resolution=sensor.resolution,
-        model_error=MODEL_ERRORS.get(name, 0.0), wander=WANDERS.get(name, 0.0),
+        model_error=MODEL_ERRORS.get(name, 0.0),
     )  # fmt: skip
-
 
 def replay(
     log: RigLog,

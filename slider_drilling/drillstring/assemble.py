@@ -19,6 +19,7 @@ from slider_drilling.wellbore.mesh import (
     Mesh,
     build_mesh,
     buoyed_weight,
+    contact_radius,
     friction_factors,
     open_hole_fraction,
     steel_area,
@@ -94,9 +95,8 @@ def longest_step(rig: Rig, mesh: Mesh) -> float:
     axial = 2.0 * (s.axial[:-1] + s.axial[1:]) / s.mass
     torsional = 2.0 * (s.torsional[:-1] + s.torsional[1:]) / s.inertia
     alone = max(float(np.max(axial)), float(np.max(torsional)))
-    together = max(
-        float(np.max(axial + held / s.mass)), float(np.max(torsional + held * mesh.outer_radius**2 / s.inertia))
-    )
+    held_rotation = held * contact_radius(rig, mesh) ** 2
+    together = max(float(np.max(axial + held / s.mass)), float(np.max(torsional + held_rotation / s.inertia)))
     return 2.0 * min(_STEP_MARGIN / math.sqrt(alone), _STEP_MARGIN_WITH_CONTACT / math.sqrt(together))
 
 
@@ -184,7 +184,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
     weight = buoyed_weight(rig, mesh)
     drag = effects.viscous_drag.coefficient * mesh.length
     axial_decay = 1.0 / (1.0 + dt * (rig.string.axial_damping + drag / s.mass))
-    rotary_drag = drag * mesh.outer_radius**2 / s.inertia
+    rotary_drag = drag * contact_radius(rig, mesh) ** 2 / s.inertia
     torsional_decay = 1.0 / (1.0 + dt * (rig.string.torsional_damping + rotary_drag))
     tortuous = effects.tortuosity.curvature * open_hole_fraction(rig, mesh) + extra.extra_curvature
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
@@ -203,7 +203,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
         lateral_bend=per_load * mesh.lateral_curvature * mesh.length,
         extra_bend=per_load * tortuous * mesh.length,
         buckling=per_load * effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
-        radius=mesh.outer_radius,
+        radius=contact_radius(rig, mesh),
         per_sliding_length=per_load / np.maximum(factor, MIN_FRICTION_FACTOR),
         stribeck_drop=np.full(mesh.count, effects.stribeck.drop),
         per_stribeck_speed=np.full(mesh.count, 1.0 / effects.stribeck.speed),
@@ -214,6 +214,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
         drift_rate=np.full(mesh.count, effects.friction_drift.rate),
         turning_difference=np.zeros(mesh.count) + extra.turning_difference,
         elastic_share=np.full(mesh.count, rig.contact.elastic_share),
+        vector_share=np.full(mesh.count, rig.contact.vector_share),
     )
 
 

@@ -17,7 +17,7 @@ from slider_drilling.drillstring.kernel_arrays import (
     aligned,
     padded,
 )
-from slider_drilling.rig import Rig
+from slider_drilling.rig import FLOW_EXPONENT, Rig
 from slider_drilling.wellbore.mesh import Mesh
 
 _TURNS_AS_A_WHOLE = 0.8  # of the friction torque of the whole string, which is known no better
@@ -111,7 +111,7 @@ def initial_kernel_state(
     rotation[1:-1] += twists
     torque = c.torque_scale * torsional_spring[0] * (rotation[0] - rotation[1])
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
-    circulation = c.circulating_pressure * flow**1.8
+    circulation = c.circulating_pressure * flow**FLOW_EXPONENT
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
     zero, lane = (lambda: aligned(np.zeros_like(e.radius))), (lambda: np.zeros(width))
     return KernelState(

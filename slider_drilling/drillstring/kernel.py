@@ -79,8 +79,8 @@ def update_speeds(
 
 @njit(**INLINED_JIT_OPTIONS)
 def update_contacts(
-    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, elastic, elastic_share, speed,
-    rotation_speed, strain_axial, strain_tangential,
+    count, dt, p, per_factor, axis, axis_across, radius, per_sliding_length, other_memory, elastic_share,
+    vector_share, speed, rotation_speed, strain_axial, strain_tangential,
 ):  # fmt: skip
     """Strains of the contacts one step later: the paper's two-step operator (eq. 11-18) for Dahl exponent 1.
 
@@ -101,16 +101,16 @@ def update_contacts(
         per_factor: 1 over the factor that multiplies all friction now.
         axis, axis_across: Components of the asperity's axis along and around the hole.
         per_sliding_length: 1 / z_ss for mu = 1, 1/m, (count,).
-        elastic: Whether any contact has an elastic share (count,): of its slip before it breaks away, and while it
-            relaxes, that share is missing (Dupont et al. 2002, with a smooth step between).
+        other_memory: Whether any contact has one of the two shares, (count,). Elastic share: of its slip before it
+            breaks away, and while it relaxes, that share is missing (Dupont et al. 2002, with a smooth step between).
+            Vector share: that share of it slips by Dahl's law for one vector, ``M' = v - |v| M / z_ss``, with the
+            friction of the direction of v (Velenis, Tsiotras and Canudas de Wit, Vehicle System Dynamics 43, 2005).
     """
     real = speed.dtype.type
     c0, c1, c2, c3 = real(per_factor * p[0]), real(per_factor * p[1]), real(per_factor * p[2]), real(per_factor * p[3])
     c4, c5, c6, c7 = real(per_factor * p[4]), real(per_factor * p[5]), real(per_factor * p[6]), real(per_factor * p[7])
     dt, axis, axis_across, tiny = real(dt), real(axis), real(axis_across), real(_TINY)
     one, half, sixth, last, most = real(1.0), real(0.5), real(1.0 / 6.0), real(1.0 / 24.0), real(_MAX_DECAY)
-    none, two, three, away = real(0.0), real(2.0), real(3.0), real(_BREAK_AWAY)
-    per_rest = real(1.0 / (1.0 - _BREAK_AWAY))
     for j in range(count):
         along = dt * speed[j]
         across = radius[j] * (dt * rotation_speed[j])
@@ -120,16 +120,23 @@ def update_contacts(
         per_size = real(fast_inverse_sqrt(squared))
         onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
         q = onto_axis * onto_axis
+        moved = real(0.0)
+        if other_memory:
+            moved = along * along + across * across + tiny
+            per_moved = real(fast_inverse_sqrt(moved))
+            onto_axis = (axis * along + axis_across * across) * per_moved
+            q += vector_share[j] * (onto_axis * onto_axis - q)
+            moved *= per_moved
         # Summed in pairs (Estrin): in a chain of eight each term would wait for the one before.
         qq = q * q
         per_mu = ((c0 + c1 * q) + (c2 + c3 * q) * qq) + ((c4 + c5 * q) + (c6 + c7 * q) * qq) * (qq * qq)
         stretch, turned = middle_axial * along, middle_tangential * across
-        u = (abs(stretch) + abs(turned)) * (per_sliding_length[j] * per_size) * per_mu
-        if elastic:
-            gone = min(max((squared * per_size * per_sliding_length[j] * per_mu - away) * per_rest, none), one)
-            slips = gone * gone * (three - two * gone) if stretch + turned > none else none
-            u *= one - elastic_share[j] * (one - slips)
-        u = min(u, most)
+        slip = (abs(stretch) + abs(turned)) * per_size
+        per_sliding = per_sliding_length[j] * per_mu
+        if other_memory:
+            slip += vector_share[j] * (moved - slip)
+            slip *= slipping_share(squared * per_size * per_sliding, stretch + turned, elastic_share[j], real)
+        u = min(slip * per_sliding, most)
         growth = (one + u * half) + (u * u) * (sixth + u * last)
         left = fast_reciprocal(one + u * growth, real)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
@@ -138,8 +145,8 @@ def update_contacts(
 
 @njit(**INLINED_JIT_OPTIONS)
 def update_contacts_general(
-    count, dt, per_mu_table, per_factor, exponent, axis, axis_across, radius, per_sliding_length, elastic_share, speed,
-    rotation_speed, strain_axial, strain_tangential,
+    count, dt, per_mu_table, per_factor, exponent, axis, axis_across, radius, per_sliding_length, elastic_share,
+    vector_share, speed, rotation_speed, strain_axial, strain_tangential,
 ):  # fmt: skip
     """`update_contacts` for any Dahl exponent, and for asperities whose friction has a kink between two wear modes.
 
@@ -154,19 +161,24 @@ def update_contacts_general(
         squared = middle_axial * middle_axial + middle_tangential * middle_tangential + _TINY
         per_size = fast_inverse_sqrt(squared)
         onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
-        place = last * (onto_axis * onto_axis)
+        moved = along * along + across * across + _TINY
+        moved_onto_axis = (axis * along + axis_across * across) * fast_inverse_sqrt(moved)
+        q = onto_axis * onto_axis
+        q += vector_share[j] * (moved_onto_axis * moved_onto_axis - q)
+        place = last * q
         cell = min(max(int(place), 0), last - 1)  # NaN must not index outside the table
         per_mu = per_mu_table[cell] + (place - cell) * (per_mu_table[cell + 1] - per_mu_table[cell])
         per_sliding = per_factor * per_sliding_length[j] * per_mu
+        relative_strain = squared * per_size * per_sliding
+        stretch, turned = middle_axial * along, middle_tangential * across
         if exponent == 1.0:
-            u = (abs(middle_axial * along) + abs(middle_tangential * across)) * per_size * per_sliding
+            slip = (abs(stretch) + abs(turned)) * per_size
+            slip += vector_share[j] * (fast_sqrt(moved) - slip)
+            u = slip * per_sliding
         else:
-            relative_strain = squared * per_size * per_sliding
-            u = slipped_part(middle_axial * along * per_size, relative_strain, exponent) * per_size
-            u += slipped_part(middle_tangential * across * per_size, relative_strain, exponent) * per_size
-        gone = min(max((squared * per_size * per_sliding - _BREAK_AWAY) / (1.0 - _BREAK_AWAY), 0.0), 1.0)
-        slips = gone * gone * (3.0 - 2.0 * gone) if middle_axial * along + middle_tangential * across > 0.0 else 0.0
-        u *= 1.0 - elastic_share[j] * (1.0 - slips)
+            u = slipped_part(stretch * per_size, relative_strain, exponent) * per_size
+            u += slipped_part(turned * per_size, relative_strain, exponent) * per_size
+        u *= slipping_share(relative_strain, stretch + turned, elastic_share[j], np.float64)
         growth = 1.0 + u * (1.0 / 2.0 + u * (1.0 / 6.0 + u * (1.0 / 24.0)))
         left = fast_reciprocal(1.0 + u * growth, np.float64)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
@@ -180,6 +192,15 @@ def update_positions(count, dt, speed, rotation_speed, position, rotation):
     for j in range(count):
         position[j] += dt * speed[j]
         rotation[j] += dt * rotation_speed[j]
+
+
+@njit(**INLINED_JIT_OPTIONS)
+def slipping_share(relative_strain, growing, elastic_share, real):
+    """Share of Dahl's slip that is left: all of it after the contact has broken away, while its strain grows."""
+    none, one, two, three, away = real(0.0), real(1.0), real(2.0), real(3.0), real(_BREAK_AWAY)
+    gone = min(max((relative_strain - away) * real(1.0 / (1.0 - _BREAK_AWAY)), none), one)
+    slips = gone * gone * (three - two * gone) if growing > none else none
+    return one - elastic_share * (one - slips)
 
 
 @njit(**INLINED_JIT_OPTIONS)
@@ -271,7 +292,7 @@ def advance(
     axial_spring_below, torsional_spring_below = e.axial_spring[here], e.torsional_spring[here]
     vectorised = curve.exponent == 1.0 and len(curve.polynomial) > 0
     heaving, tools_on, observed = c.heave_amplitude.any(), c.tool_force.any(), c.observer_gain.any()
-    elastic = e.elastic_share.any()
+    other_memory = e.elastic_share.any() or e.vector_share.any()
     last_pump = math.nan
     first = len(out) - (len(drive) - 1)
     if first > 0:
@@ -311,13 +332,13 @@ def advance(
             if vectorised:
                 update_contacts(
                     count, dt, curve.polynomial, per_factor, curve.axial, curve.tangential, e.radius,
-                    s.per_sliding_length, elastic, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
-                    s.strain_tangential,
+                    s.per_sliding_length, other_memory, e.elastic_share, e.vector_share, s.speed, s.rotation_speed,
+                    s.strain_axial, s.strain_tangential,
                 )  # fmt: skip
             else:
                 update_contacts_general(
                     count, dt, curve.table, per_factor, curve.exponent, curve.axial, curve.tangential, e.radius,
-                    s.per_sliding_length, e.elastic_share, s.speed, s.rotation_speed, s.strain_axial,
+                    s.per_sliding_length, e.elastic_share, e.vector_share, s.speed, s.rotation_speed, s.strain_axial,
                     s.strain_tangential,
                 )  # fmt: skip
             update_positions(count, dt, s.speed, s.rotation_speed, position, rotation)

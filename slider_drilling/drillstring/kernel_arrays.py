@@ -91,6 +91,7 @@ class Elements(NamedTuple):
     drift_rate: Array  # 1/s
     turning_difference: Array  # -, share by which friction is larger while the element turns right
     elastic_share: Array  # -, of the slip that Dahl's law has before the contact breaks away
+    vector_share: Array  # -, by which a contact slips by Dahl's law for one vector
 
 
 class FrictionCurve(NamedTuple):

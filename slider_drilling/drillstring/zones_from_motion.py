@@ -8,7 +8,7 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring.depth_profile import DepthProfile
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.simulate import Plant
-from slider_drilling.wellbore.mesh import friction_factors
+from slider_drilling.wellbore.mesh import contact_radius, friction_factors
 from slider_drilling.wellbore.zones import Zones
 
 PRE_SLIDING_SWING = 0.16
@@ -20,7 +20,8 @@ def friction_torque(plant: Plant, profile: DepthProfile) -> Array:
     across = np.pi / 2.0 - plant.rig.contact.asperity.orientation
     friction = float(friction_coefficient_of_direction(plant.rig.contact, across))
     side_force = profile.normal_force * profile.length
-    return friction * friction_factors(plant.rig, plant.mesh) * side_force * plant.mesh.outer_radius
+    lever = contact_radius(plant.rig, plant.mesh)
+    return friction * friction_factors(plant.rig, plant.mesh) * side_force * lever
 
 
 def zones_from_motion(

@@ -150,8 +150,8 @@ class Channel:
         accumulates: Whether an error that a simulation makes once stays in every later sample, as in an angle that is
             integrated (`slider_drilling.gap.problem.step_loss`).
         model_error: Share of what the channel moves by which the model as such may be wrong, whatever its parameters.
-        wander: Share of what the channel moves by which it may wander slowly, as the numbers of any rig do. What is
-            left within it is no gap.
+        wander: RMS, in ``unit``, by which it may wander slowly, as the numbers of any rig do. What is left within it is
+            no gap.
         tolerance: RMS error, in ``unit``, that nobody would act upon. It counts as no gap where nothing else shows one.
     """
 

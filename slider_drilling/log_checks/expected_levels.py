@@ -90,19 +90,17 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
         rig: Its rig file.
         pump_unit: Unit of the pump's speed, in rad/s.
     """
-    pressure, pump, hydraulics = log.standpipe_pressure, log.mud_pump, rig.hydraulics
+    pressure, pump = log.standpipe_pressure, log.mud_pump
     if pressure is None:
         return None
-    flow = np.full(pressure.time.size, hydraulics.reference_flow)
+    speed = np.full(pressure.time.size, rig.reference_pump_speed)
     if pump is not None and np.isfinite(pump.velocity).any():
         known = np.isfinite(pump.velocity)
         speed = np.interp(pressure.time, pump.time[known], pump_unit * pump.velocity[known])
-        flow = speed * rig.mud_pump.displacement
-    running = np.isfinite(pressure.value) & (flow > _PUMPING * flow.max()) & (flow > 0.0)
+    running = np.isfinite(pressure.value) & (speed > _PUMPING * speed.max()) & (speed > 0.0)
     if not running.any():
         return None
-    # Turbulent loss, model.md: proportional to flow to the power of 1.8.
-    loss = rig.circulating_pressure * (flow[running] / hydraulics.reference_flow) ** 1.8
+    loss = rig.circulation_at(speed[running])
     expected, measured = float(np.median(loss)), float(np.median(pressure.value[running]))
     if expected <= 0.0:
         return None

@@ -65,10 +65,10 @@ def _weight_on_bit(log: RigLog, rig: Rig, commands: Commands) -> float | None:
     """Initial weight on bit, N, from standpipe pressure above that of circulation; None without pressure or flow."""
     pressure = log.standpipe_pressure
     first = None if pressure is None else _first_value(pressure.time, pressure.value)
-    flow = float(commands.pump_speed[0]) * rig.mud_pump.displacement / rig.hydraulics.reference_flow
-    if first is None or flow <= 0.0:
+    pump_speed = float(commands.pump_speed[0])
+    if first is None or pump_speed <= 0.0:
         return None
-    needed = rig.circulating_pressure * flow**1.8
+    needed = float(rig.circulation_at(pump_speed))
     return float(np.clip((first - needed) * rig.motor.torque_per_pressure / rig.bit.lever, 0.0, _stall_weight(rig)))
 
 

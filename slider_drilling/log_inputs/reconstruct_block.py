@@ -59,10 +59,9 @@ def rate_knots(time: Array) -> Array:
 
 def _weight_on_bit(time: Array, pump: Array, pressure_time: Array, pressure: Array, rig: Rig) -> Array:
     """Weight on bit (n,) N from the motor's part of the pressure, which arrives late (mud sound, sensor lag)."""
-    hydraulics, motor = rig.hydraulics, rig.motor
-    late = rig.string.length / rig.mud.sound_speed + hydraulics.lag
-    flow = np.maximum(pump * rig.mud_pump.displacement, 0.0) / hydraulics.reference_flow
-    needed = rig.circulating_pressure * flow**1.8
+    motor = rig.motor
+    late = rig.string.length / rig.mud.sound_speed + rig.hydraulics.lag
+    needed = rig.circulation_at(pump)
     measured = _moving_average(time, np.interp(time + late, pressure_time, pressure))
     running = needed > 0.5 * float(needed.max(initial=0.0))
     if not running.any():

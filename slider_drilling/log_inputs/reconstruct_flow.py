@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.log_inputs.fill_pump_gaps import locate_flow_change
-from slider_drilling.rig import Rig
+from slider_drilling.rig import FLOW_EXPONENT, Rig
 
 PressureSteps = tuple[tuple[float, float], ...]
 """Times (s) at which pressure steps, and by how much (Pa)."""
@@ -37,13 +37,13 @@ def flow_fraction(time: Array, pressure: Array, steps: PressureSteps, rig: Rig) 
         (m,).
     """
     needed = rig.circulating_pressure
-    fraction = np.clip(pressure / needed, 0.0, None) ** (1.0 / 1.8)
+    fraction = np.clip(pressure / needed, 0.0, None) ** (1.0 / FLOW_EXPONENT)
     fraction = np.where(pressure < _REDUCED * needed, fraction, 1.0)
     for (begin, down), (end, up) in itertools.pairwise(steps):
         size = 0.5 * (up - down)
         if down < 0.0 < up and abs(up + down) < _MAX_MISMATCH * size and size < needed:
             between = (time >= begin) & (time < end)
-            fraction[between] = np.minimum(fraction[between], (1.0 - size / needed) ** (1.0 / 1.8))
+            fraction[between] = np.minimum(fraction[between], (1.0 - size / needed) ** (1.0 / FLOW_EXPONENT))
     return fraction
 
 

@@ -84,13 +84,12 @@ def _check_speeds(step: Step, rig: Rig, where: str) -> None:
 
 def _check_flow(start: DriveStates, end: DriveStates, limits: CompleteLimits, rig: Rig, where: str) -> None:
     """The pressure of circulation alone stays below the limit, and nothing is lowered without flow."""
-    reference = rig.reference_pump_speed
-    pressure = rig.circulating_pressure * (max(start.pump, end.pump) / reference) ** 1.8
+    pressure = float(rig.circulation_at(max(start.pump, end.pump)))
     if pressure >= 0.95 * limits.pressure:
         raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "
                          f"{limits.pressure / 1e5:.0f} bar; less flow, or a higher limit")  # fmt: skip
     lowered = end.block > start.block or end.lowering > 0.0
-    if lowered and min(start.pump, end.pump) < _MIN_FLOW_SHARE * reference:
+    if lowered and min(start.pump, end.pump) < _MIN_FLOW_SHARE * rig.reference_pump_speed:
         raise InputError(f"{where}: the block is lowered with less than {100 * _MIN_FLOW_SHARE:.0f} % of the "
                          "reference flow; raise the flow first")  # fmt: skip
 

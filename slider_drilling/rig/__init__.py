@@ -2,6 +2,7 @@
 
 from slider_drilling.rig.assumptions import Assumption
 from slider_drilling.rig.parts import (
+    FLOW_EXPONENT,
     Asperity,
     Bit,
     Contact,
@@ -32,7 +33,7 @@ from slider_drilling.rig.rig_file import (
 )
 
 __all__ = [
-    "SCHEMA", "Asperity", "Assumption", "Bit", "Contact", "DrawWorks", "FrictionInterval", "Hydraulics", "Motor", "Mud",
-    "MudPump", "Mwd", "Rig", "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration",
-    "check_rig", "dump_rig", "load_rig", "parse_rig", "rig_from_tree", "rig_tree",
+    "FLOW_EXPONENT", "SCHEMA", "Asperity", "Assumption", "Bit", "Contact", "DrawWorks", "FrictionInterval",
+    "Hydraulics", "Motor", "Mud", "MudPump", "Mwd", "Rig", "Sensor", "Sensors", "String", "StringSection", "TopDrive",
+    "Well", "check_duration", "check_rig", "dump_rig", "load_rig", "parse_rig", "rig_from_tree", "rig_tree",
 ]  # fmt: skip

@@ -142,7 +142,8 @@ class String:
     """The drill string: sections from the surface down, whose lengths add up to the bit's measured depth.
 
     The two dampings are rates at which the mud slows a free motion down. weight_factor multiplies weight and inertia
-    of every section: what a hook load calibrates.
+    of every section: what a hook load calibrates. contact_radius_factor multiplies the radius at which friction acts:
+    tool joints, protectors and their wear.
     """
 
     sections: tuple[StringSection, ...]
@@ -152,6 +153,7 @@ class String:
     axial_damping: float = quantity("1/s", at_least=0.0, at_most=100.0, why="mud gives 0.1 to 1")
     torsional_damping: float = quantity("1/s", at_least=0.0, at_most=100.0, why="mud gives 0.1 to 1")
     weight_factor: float = quantity("-", 1.0, at_least=0.5, at_most=2.0, why="worn pipe 0.9, coated or new pipe 1.05")
+    contact_radius_factor: float = quantity("-", 1.0, at_least=0.5, at_most=2.0, why="pipe to its tool joint 1.3")
 
     @property
     def length(self) -> float:
@@ -206,6 +208,7 @@ class Contact:
     """Friction of pipe on the wall: shear_factor is f of paper eq. 1-5, stiffness is kt at the load reference_load.
 
     elastic_share: how far a contact that relaxes, or is stretched little, does not slip (Dupont et al. 2002).
+    vector_share: how far it slips with the pipe's velocity as one vector, and not with its axial and tangential parts.
     """
 
     asperity: Asperity
@@ -214,6 +217,7 @@ class Contact:
     reference_load: float = quantity("N", at_least=1.0, at_most=1e7, why="load at which the stiffness was identified")
     dahl_exponent: float = quantity("-", 1.0, at_least=0.25, at_most=4.0, why="1 is the usual one")
     elastic_share: float = quantity("-", 0.0, at_least=0.0, at_most=1.0, why="0 is Dahl's law, 1 elasto-plastic")
+    vector_share: float = quantity("-", 0.0, at_least=0.0, at_most=1.0, why="0 is the paper's law, 1 a vector's")
 
 
 @dataclass(frozen=True)
@@ -278,6 +282,10 @@ class MudPump:
 
     displacement: float = quantity("m3/rad", at_least=1e-6, at_most=0.1, why="m3 per rad of the crank, all cylinders")
     max_speed: float | None = quantity("rad/s", None, at_least=0.1, at_most=1e5, why="of the crank: 120 spm is 12.6")
+
+
+FLOW_EXPONENT = 1.8
+"""Pressure of circulation grows with flow to this power: turbulent loss (`model.md` section 4)."""
 
 
 @dataclass(frozen=True)

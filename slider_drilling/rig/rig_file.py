@@ -9,7 +9,9 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any
 
+import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
@@ -17,6 +19,7 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.rig import relations
 from slider_drilling.rig.assumptions import Assumption, put_assumptions, take_assumptions
 from slider_drilling.rig.parts import (
+    FLOW_EXPONENT,
     MAX_BLOCK_SPEED,
     Bit,
     Contact,
@@ -63,11 +66,13 @@ class Rig:
 
     @property
     def circulating_pressure(self) -> float:
-        """Standpipe pressure (Pa) at the reference flow with this mud and an idle motor (`model.md` section 4).
-
-        Other flows need this times (flow / reference flow)^1.8.
-        """
+        """Standpipe pressure (Pa) at the reference flow with this mud and an idle motor (`model.md` section 4)."""
         return self.hydraulics.reference_pressure * (self.mud.density / self.hydraulics.reference_density)
+
+    def circulation_at(self, pump_speed: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Standpipe pressure (Pa) that circulation alone needs, at a pump speed in rad/s (`model.md` section 4)."""
+        flow = np.maximum(pump_speed, 0.0) * self.mud_pump.displacement
+        return np.asarray(self.circulating_pressure * (flow / self.hydraulics.reference_flow) ** FLOW_EXPONENT)
 
     @property
     def max_block_speed(self) -> float:
@@ -165,8 +170,9 @@ def dump_rig(rig: Rig) -> str:
         del tree["draw_works"]
     if not rig.well.name:
         del tree["well"]["name"]
-    if rig.string.weight_factor == 1.0 and not isinstance(tree["string"]["weight_factor"], dict):
-        del tree["string"]["weight_factor"]
+    for name in ("weight_factor", "contact_radius_factor"):
+        if tree["string"][name] == 1.0:  # an assumed number is a mapping
+            del tree["string"][name]
     return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False, width=120, default_flow_style=None)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.log.series import Array, LogContents
+from slider_drilling.rig import FLOW_EXPONENT
 from slider_drilling.rig_activities.bit_track import BitTrack, runs
 from slider_drilling.rig_activities.classify import KINDS, ROCKING, ROTATING, SLIDING
 from slider_drilling.rig_activities.surface_channels import Mask, SurfaceChannels
@@ -200,5 +201,5 @@ def _differential_pressure(channels: SurfaceChannels, track: BitTrack, first: in
     nearest = before[-60:] if before.size >= 20 else after[:60]  # a minute averages the pumps' ripple
     if nearest.size < 20:
         return math.nan
-    baseline = np.median(channels.pressure[nearest] / ratio[nearest] ** 1.8)  # model.md 4: p ~ Q^1.8
+    baseline = np.median(channels.pressure[nearest] / ratio[nearest] ** FLOW_EXPONENT)
     return float(np.mean(channels.pressure[first:last]) - baseline)

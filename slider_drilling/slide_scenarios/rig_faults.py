@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from slider_drilling.control.interface import Measurements, MwdSample
-from slider_drilling.rig import Rig
-
-FLOW_EXPONENT = 1.8   # of the circulating pressure
+from slider_drilling.rig import FLOW_EXPONENT, Rig
 
 
 class RigFault(Protocol):

@@ -28,6 +28,7 @@ def elements_of(e, k):
         e.extra_bend[k], e.buckling[k], e.radius[k], e.per_sliding_length[k], e.stribeck_drop[k],
         e.per_stribeck_speed[k], e.aging_growth[k], e.per_aging_time[k], e.rest_speed[k],
         e.per_slip_distance[k], e.drift_rate[k], e.turning_difference[k], e.elastic_share[k],
+        e.vector_share[k],
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands
 from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps
-from slider_drilling.rig import Rig
+from slider_drilling.rig import FLOW_EXPONENT, Rig
 from slider_drilling.twin.channels import COMPARED, DRIVING
 from slider_drilling.twin.samples import Array, SampleBuffer
 
@@ -90,7 +90,7 @@ class DriveMotion:
         if not time.size:
             return np.full_like(grid, reference)
         share = np.interp(grid, time, pressure) / self._rig.circulating_pressure
-        flow = np.clip(share, 0.0, 1.0) ** (1.0 / 1.8)
+        flow = np.clip(share, 0.0, 1.0) ** (1.0 / FLOW_EXPONENT)
         return reference * np.where(share > _MIN_PUMP, np.where(flow > 0.8, 1.0, flow), 0.0)
 
 

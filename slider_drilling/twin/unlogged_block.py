@@ -48,7 +48,7 @@ class BlockFromPressure:
         flow = pump * rig.mud_pump.displacement
         if flow <= 0.0 or not np.isfinite(pressure).any():
             return 0.0
-        circulating = rig.circulating_pressure * (flow / rig.hydraulics.reference_flow) ** 1.8
+        circulating = float(rig.circulation_at(pump))
         of_motor = float(np.clip(np.nanmean(pressure) - circulating, 0.0, motor.pressure_at_stall))
         weight = of_motor * motor.torque_per_pressure / rig.bit.lever
         turns = flow / motor.displacement * (1.0 - motor.leak_at(of_motor))

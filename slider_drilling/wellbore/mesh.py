@@ -118,6 +118,11 @@ def _mesh(
     return mesh
 
 
+def contact_radius(rig: Rig, mesh: Mesh) -> Array:
+    """Lever (n,) of friction around the hole, m."""
+    return mesh.outer_radius * rig.string.contact_radius_factor
+
+
 def steel_area(rig: Rig, mesh: Mesh) -> Array:
     """Area (n,) of steel, m2, that gives each element its weight."""
     area = mesh.steel_area

@@ -24,7 +24,14 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.mesh import Mesh, build_mesh, buoyed_weight, friction_factors, open_hole_fraction
+from slider_drilling.wellbore.mesh import (
+    Mesh,
+    build_mesh,
+    buoyed_weight,
+    contact_radius,
+    friction_factors,
+    open_hole_fraction,
+)
 from slider_drilling.wellbore.well_path import Array
 
 _MAX_ITERATIONS = 50
@@ -84,7 +91,8 @@ def static_loads(
     if friction_coefficient is not None and friction_coefficient < 0.0:
         raise InputError(f"static_loads: friction_coefficient = {friction_coefficient}: must not be negative")
     mesh = mesh or build_mesh(rig, elements)
-    around = rotation_speed * mesh.outer_radius
+    lever = contact_radius(rig, mesh)
+    around = rotation_speed * lever
     speed = np.hypot(axial_speed, around)
     still = speed == 0.0
     speed = np.where(still, 1.0, speed)
@@ -98,7 +106,7 @@ def static_loads(
     tension, torque, side = _integrate(
         weight * mesh.cosine, weight * mesh.sine, mesh.vertical_curvature * mesh.length,
         mesh.lateral_curvature * mesh.length, *_extra_side_force(rig, mesh), friction * axial_speed / speed,
-        friction * around / speed * mesh.outer_radius, -weight_on_bit, bit_torque,
+        friction * around / speed * lever, -weight_on_bit, bit_torque,
     )  # fmt: skip
     return StaticLoads(np.append(mesh.top, mesh.bottom[-1]), tension, torque, side / mesh.length)
 

@@ -18,7 +18,6 @@ from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 
 DEADLINE = 120.0  # s, for anything that has to happen
-ANSWER_LOST = 20.0  # s, after which a service that has not answered is asked again
 MAX_STATUSES = 100_000  # queued ones: in lockstep a rig sends hundreds a second
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
@@ -38,7 +37,6 @@ class Listener:
         self._executor.add_node(self.node)
         self.heard: dict[str, list[tuple[float, ...]]] = {name: [] for name in KEPT}
         self.statuses: dict[str, DiagnosticStatus] = {}
-        self._clients: dict[str, Any] = {}
         for name in KEPT:
             raw_topics.subscription(self.node, TOPICS[name], self._keeper(name))
         self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, MAX_STATUSES)
@@ -101,24 +99,12 @@ class Listener:
         return publisher
 
     def call(self, kind: Any, name: str, **request: Any) -> Any:
-        """The answer of a service.
-
-        A server may be found before it has found the client's reader. Its answer is lost then: the call is repeated.
-        """
-        if name not in self._clients:
-            self._clients[name] = self.node.create_client(kind, name)
-        client = self._clients[name]
+        """The answer of a service."""
+        client = self.node.create_client(kind, name)
         self.until(client.service_is_ready, name)
-        futures: list[Any] = []
-
-        def answered() -> bool:
-            if time.monotonic() > sent + ANSWER_LOST * len(futures):
-                futures.append(client.call_async(kind.Request(**request)))
-            return any(future.done() for future in futures)
-
-        sent = time.monotonic()
-        self.until(answered, name)
-        return next(future for future in futures if future.done()).result()
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done, name)
+        return future.result()
 
     def lower_at(self, speed: float) -> None:
         """Let a rig in lockstep go on until its block is lowered, and then at `speed` times real time."""

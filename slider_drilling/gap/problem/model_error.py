@@ -43,8 +43,7 @@ def wander_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
     return _averaged_over_runs(
         problem,
         lambda piece: (
-            model_error_size(piece, fitted.simulated) ** 2
-            + _moves(piece, fitted.simulated, piece.channel.wander) ** 2
+            model_error_size(piece, fitted.simulated) ** 2 + (piece.channel.wander / piece.noise) ** 2
         ),
     )
 
@@ -132,9 +131,4 @@ def model_error_size(piece: Piece, simulated: Array) -> float:
 
     What accumulates is counted in missed steps: how far it moves is no measure of that.
     """
-    return _moves(piece, simulated, piece.channel.model_error)
-
-
-def _moves(piece: Piece, simulated: Array, share: float) -> float:
-    """A share of what one channel of one run moves, noise units; 0 where errors accumulate."""
-    return 0.0 if piece.channel.accumulates else share * float(np.std(simulated[piece.rows]))
+    return 0.0 if piece.channel.accumulates else piece.channel.model_error * float(np.std(simulated[piece.rows]))
