@@ -42,7 +42,8 @@ class Slide:
             deficit = true + DRAG + lies[2]
             self.check.update_sample(true + lies[0], deficit, deficit, CYCLE)
             self.check.update_cycle(LoadSample(self.time, CYCLE, self.torque_scale * LEVER * (true + lies[1]),
-                                               LEVER * (true + lies[0]), deficit, self.block), conditions)
+                                               LEVER * (true + lies[0]), deficit, self.block,
+                                               LEVER * true), conditions)
         return self.check.trip.fault if self.check.trip is not None else None
 
 
@@ -83,6 +84,22 @@ def test_torque_that_drifts_alone_is_wrong(drift):
     assert slide.run(900.0, torque=grows(drift)) is LoadFault.TORQUE
 
 
+@pytest.mark.parametrize("drift", [4.0, -4.0])
+def test_twist_clears_pressure_where_hook_load_and_rate_are_hidden(drift):
+    """Drag that slows the lowering hides hook load and rate; the twist of the string shows the true torque."""
+    slide = Slide()
+    slide.run(300.0)
+    assert slide.run(900.0, torque=grows(drift), conditions=replace(STEADY, slowed=True)) is LoadFault.TORQUE
+
+
+@pytest.mark.parametrize(("drift", "fault"), [(-4.0, LoadFault.WASHOUT), (4.0, LoadFault.TRANSMITTER)])
+def test_twist_clears_torque_where_hook_load_and_rate_are_hidden(drift, fault):
+    slide = Slide()
+    slide.run(300.0)
+    lies = {"pressure": grows(drift), "weight": lambda since: WEIGHT - grows(drift)(since)}
+    assert slide.run(900.0, conditions=replace(STEADY, slowed=True), **lies) is fault
+
+
 @pytest.mark.parametrize(("step", "fault"), [(-60e3, LoadFault.LOST_STROKES), (80e3, LoadFault.PLUGGED_NOZZLE)])
 def test_sudden_change_holds_then_latches(step, fault):
     check = make_check()
@@ -118,6 +135,23 @@ def test_hook_load_that_jumps_alone_is_wrong(step):
     slide = Slide()
     slide.run(300.0)
     assert slide.run(300.0, hook=step) is LoadFault.HOOK_LOAD
+
+
+@pytest.mark.parametrize(("step", "fault"), [(-42e3, LoadFault.HOOK_LOAD), (42e3, LoadFault.HOOK_LOAD), (12e3, None)])
+def test_jump_of_hook_load_is_found_although_its_average_and_drag_follow(step, fault):
+    """The average over strokes shows a jump late; by then some of it has been learnt as drag."""
+    slide = Slide()
+    slide.run(300.0)
+    check, smooth = slide.check, WEIGHT + DRAG
+    for k in range(1, 1000):
+        deficit = WEIGHT + DRAG + step
+        smooth += (1.0 - math.exp(-0.1 / 15.0)) * (deficit - smooth)
+        check.update_sample(WEIGHT, deficit, smooth, 0.1)
+        if k % 40 == 0:
+            time, block = slide.time + 0.1 * k, slide.block + RATE * 0.1 * k
+            check.update_cycle(LoadSample(time, 4.0, LEVER * WEIGHT, LEVER * WEIGHT, smooth, block, LEVER * WEIGHT),
+                               STEADY)
+    assert (check.trip and check.trip.fault) is fault
 
 
 def test_hook_load_bounds_weight_whatever_pressure_says():

@@ -55,6 +55,7 @@ class LoadSupervision:
         self._reference_drag = math.nan              # N
         self._torque_jump = TorqueJump()
         self._drag_change, self._tolerated_drag = 0.0, math.inf   # N, since the reference
+        self._first_twist = math.nan # rad, top drive less toolface at the first cycle
         self._unloaded_torque = 0.0  # N m, mean of a cycle of the breakover test
 
     def _make_check(self, block: BlockControl) -> LoadCheck:
@@ -172,8 +173,15 @@ class LoadSupervision:
             self._offset = self._torque_offset(string.estimate.bias, string.bias_sigma)
         self.check.update_cycle(
             LoadSample(time, elapsed, cycle.torque - self._offset, cycle.reactive_torque, block.drag.smooth_deficit,
-                       state.monitor.value["block_position"]), conditions)
+                       state.monitor.value["block_position"], self._twist_torque(cycle, string.compliance)), conditions)
         self._watch_drag(block.drag.full_drag)
+
+    def _twist_torque(self, cycle: CycleAverage, compliance: float) -> float:
+        """Torque (N m) by which the string is twisted more than at the first cycle; compliance: rad/(N m)."""
+        twist = cycle.angle - self._tool_face
+        if math.isnan(self._first_twist):
+            self._first_twist = twist
+        return (twist - self._first_twist) / compliance
 
     def _watch_drag(self, full_drag: float) -> None:
         """Compare the learnt drag with that at the end of the reference period."""

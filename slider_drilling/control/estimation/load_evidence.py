@@ -7,7 +7,9 @@ What each channel can tell:
 * torque: friction cancels over a rocking cycle, so the mean surface torque M is the reactive torque while the toolface
   is at rest, ``W_t = M / (kappa lever)``;
 * hook load: what has left the hook since the string hung off bottom, D, is weight on bit plus drag: ``W_h = D - drag``;
-* rate of penetration: the block's speed less the stretch of the string, in proportion to the weight.
+* rate of penetration: the block's speed less the stretch of the string, in proportion to the weight;
+* twist: the top drive turns further than the toolface by the compliance times the torque that the string carries. It
+  shows changes of the torque without the torque sensor.
 
 The scale kappa between torque and pressure (torque sensor, motor) is learnt in a reference period of steady drilling,
 and stays. Drag changes with friction, so it is learnt all the time, slowly. The off-bottom pressure that torque
@@ -42,6 +44,7 @@ class LoadSample:
         reactive_torque: From pressure by the rig file's motor, N m.
         hook_deficit: D, N; NaN where unknown.
         block_position: m; NaN where unknown.
+        twist_torque: That the twist of the string stands for, but for a constant, N m; NaN where unknown.
         difference: Torque less what pressure stands for, smoothed, N m.
     """
 
@@ -51,6 +54,7 @@ class LoadSample:
     reactive_torque: float
     hook_deficit: float
     block_position: float
+    twist_torque: float = math.nan
     difference: float = 0.0
 
 
@@ -58,13 +62,14 @@ class LoadSample:
 class LoadChange:
     """How much the load has changed since the channels agreed, by each of them, N.
 
-    `rate` is NaN where the block shows no rate.
+    `rate` is NaN where the block shows no rate, `twist` where the toolface is unknown.
     """
 
     pressure: float
     torque: float
     hook_load: float
     rate: float
+    twist: float
 
 
 class LoadEvidence:
@@ -140,6 +145,10 @@ class LoadEvidence:
         """Weight on bit by mean surface torque, N; never too small: more torque than pressure may be a strong motor."""
         return sample.torque / (min(self.scale, 1.0) * self._lever)
 
+    def by_twist(self, sample: LoadSample) -> float:
+        """Weight on bit by the twist of the string, but for a constant, N; NaN where unknown."""
+        return sample.twist_torque / (min(self.scale, 1.0) * self._lever)
+
     def by_hook_load(self, hook_deficit: float) -> float:
         """Weight on bit by hook load, N; NaN before any drag was learnt."""
         return hook_deficit - self.drag
@@ -167,12 +176,12 @@ class LoadEvidence:
         now = [sample for sample in self._samples if sample.time > max(self._samples[-1].time - RATE_WINDOW, time)]
         if len(before) < 2 or len(now) < 2:
             return None
-        pressure, torque, hook = (
+        pressure, torque, hook, twist = (
             _mean(now, value) - _mean(before, value)
-            for value in (self.by_pressure, self.by_torque, lambda sample: sample.hook_deficit))
+            for value in (self.by_pressure, self.by_torque, lambda sample: sample.hook_deficit, self.by_twist))
         then, rate = self._rate(before), self._rate(now)
         by_rate = (rate / then - 1.0) * _mean(before, self.by_torque) if then > 0.0 else math.nan
-        return LoadChange(pressure, torque, hook, by_rate)
+        return LoadChange(pressure, torque, hook, by_rate, twist)
 
     def _rate(self, samples: list[LoadSample]) -> float:
         """Rate of penetration over these samples, m/s: the block less the stretch of the string."""

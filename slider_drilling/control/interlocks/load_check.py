@@ -28,14 +28,15 @@ _REFERENCE_ERROR, _REFERENCE_SHARE = math.radians(8.0), 0.15
 _SETTING_ERROR = math.radians(30.0)   # rad of toolface; the torque of a string that is being turned says little
 _ONSET_SHARE = 0.3          # of the tolerance, at which a contradiction begins
 _CLEAR = 0.5   # difference of squared misfits, below which the more dangerous cause is named: lost pressure
-_HOOK_SIGMA, _RATE_SIGMA = 20e3, 0.12   # N of drag; share of the weight that other rock makes in the rate
+# N of drag; shares of the target weight: that other rock makes in the rate, and compliance and contacts in the twist.
+_HOOK_SIGMA, _RATE_SIGMA, _TWIST_SIGMA = 20e3, 0.12, 0.15
 # Drag outside of these is none that pipe can have, so the hook load is wrong: least, as a share of the target weight
 # (drag is never negative, but the weight by pressure may be too large by twice the spread of motors and bits); most, as
 # a share of the drag of a string that does not rotate; and besides, N.
 _MIN_DRAG_SHARE, _MAX_DRAG_SHARE, _HOOK_TOLERANCE = -0.2, 1.25, 12e3
-# A jump down hides weight, and learnt drag follows it: change within seconds and afterwards, as shares of the target
-# weight, and s for which the first is remembered.
-_HOOK_JUMP_SHARE, _HIDDEN_SHARE, _HOOK_JUMP_MEMORY = 0.25, 0.3, 120.0
+# After a jump less is enough, because learnt drag follows it: change within seconds and afterwards, as shares of the
+# target weight, and s for which the first is remembered.
+_HOOK_JUMP_SHARE, _AFTER_JUMP_SHARE, _HOOK_JUMP_MEMORY = 0.25, 0.3, 120.0
 _JUMP_SHARE = 0.4           # of the target weight, by which weight by hook load may exceed the other two
 LET_GO_SHARE = 0.85         # of the drag, the most that rocking was seen to let go at once
 _RELEASE_SHARE = 0.92       # of the weight limit, below which lowering goes on
@@ -181,7 +182,7 @@ class LoadCheck:
         self._averages = averages
         # Neither block nor bit changes the hook load so quickly, and drag that lets go does not change it at all.
         alone = abs(averages[0] - averages[2]) < _SUDDEN_CHANGE * self.target_weight
-        jumped = alone and averages[3] - averages[1] > _HOOK_JUMP_SHARE * self.target_weight
+        jumped = alone and abs(averages[3] - averages[1]) > _HOOK_JUMP_SHARE * self.target_weight
         self._hook_jump_left = _HOOK_JUMP_MEMORY if jumped else self._hook_jump_left - step
         if self.holds:
             self._watch_sudden_change(averages, step)
@@ -267,7 +268,7 @@ class LoadCheck:
         change = self.weight - weight
         # Until the reference is known drag builds up with the load, faster than it is learnt.
         jumped = self.evidence.known and (change > _JUMP_SHARE * self.target_weight or (
-            -change > _HIDDEN_SHARE * self.target_weight and self._hook_jump_left > 0.0))
+            abs(change) > _AFTER_JUMP_SHARE * self.target_weight and self._hook_jump_left > 0.0))
         low = _MIN_DRAG_SHARE * self.target_weight - _HOOK_TOLERANCE
         high = _MAX_DRAG_SHARE * conditions.full_drag + _HOOK_TOLERANCE
         agree = abs(self.evidence.difference) < min(_TORQUE_SIGMAS, 0.5 * self.tolerance)
@@ -289,7 +290,7 @@ class LoadCheck:
         if change is not None:
             figures += (f"; weight since then by torque {change.torque / 1e3:+.0f} kN, by pressure "
                         f"{change.pressure / 1e3:+.0f} kN, by hook load {change.hook_load / 1e3:+.0f} kN, by rate "
-                        f"{change.rate / 1e3:+.0f} kN")
+                        f"{change.rate / 1e3:+.0f} kN, by twist {change.twist / 1e3:+.0f} kN")
             if self._stopped_left > 0.0:
                 change = replace(change, rate=math.nan, hook_load=math.nan)
             elif self._rate_hidden > 0.0:
@@ -312,7 +313,7 @@ def _winding_torque(conditions: LoadConditions) -> float:
 
 
 def _misfit(change: LoadChange, weight: float, target_weight: float) -> float:
-    """Squared misfit of hook load and rate if the weight has changed by `weight` (N)."""
-    hook = (change.hook_load - weight) / _HOOK_SIGMA if math.isfinite(change.hook_load) else 0.0
-    rate = (change.rate - weight) / (_RATE_SIGMA * target_weight) if math.isfinite(change.rate) else 0.0
-    return hook * hook + rate * rate
+    """Squared misfit of hook load, rate and twist if the weight has changed by `weight` (N)."""
+    shown = ((change.hook_load, _HOOK_SIGMA), (change.rate, _RATE_SIGMA * target_weight),
+             (change.twist, _TWIST_SIGMA * target_weight))
+    return sum(((value - weight) / sigma) ** 2 for value, sigma in shown if math.isfinite(value))
