@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from program import DEADLINE, NodeProcess
+from node_process import DEADLINE, NodeProcess
 
 from slider_drilling.nodes import environment
 
@@ -99,8 +99,7 @@ def load(rate: float, seconds: float) -> Load:
         sender = subprocess.run(
             [
                 sys.executable,
-                "-m",
-                "benchmarks.endurance",
+                __file__,
                 "send",
                 "--space",
                 space,

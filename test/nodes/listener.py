@@ -7,7 +7,7 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_process import NodeProcess
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameterTypes, SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -18,6 +18,7 @@ from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 
 DEADLINE = 120.0  # s, for anything that has to happen
+ANSWER_LOST = 1.0  # s, after which a service that has not answered is asked again
 MAX_STATUSES = 100_000  # queued ones: in lockstep a rig sends hundreds a second
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
@@ -37,6 +38,7 @@ class Listener:
         self._executor.add_node(self.node)
         self.heard: dict[str, list[tuple[float, ...]]] = {name: [] for name in KEPT}
         self.statuses: dict[str, DiagnosticStatus] = {}
+        self._clients: dict[str, Any] = {}
         for name in KEPT:
             raw_topics.subscription(self.node, TOPICS[name], self._keeper(name))
         self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, MAX_STATUSES)
@@ -76,9 +78,14 @@ class Listener:
             f"{name}: {text}",
         )
 
+    def latest(self, name: str) -> tuple[float, ...]:
+        """The last sample of a topic; waits for the first, since each topic is discovered by itself."""
+        self.until(lambda: bool(self.heard[name]), f"a sample of {name}")
+        return self.heard[name][-1]
+
     def until_time(self, seconds: float) -> None:
         """Spin until the rig's samples have reached a time, s."""
-        self.until(lambda: bool(self.heard["top_drive"]) and self.heard["top_drive"][-1][0] >= seconds)
+        self.until(lambda: self.time >= seconds, f"samples of {seconds:g} s")
 
     def listen(self, seconds: float) -> None:
         """Spin for a time, s."""
@@ -89,7 +96,7 @@ class Listener:
     @property
     def time(self) -> float:
         """The stamp of the last sample, s."""
-        return self.heard["top_drive"][-1][0]
+        return self.latest("top_drive")[0]
 
     def publisher(self, topic: Topic, qos: Any = raw_topics.RELIABLE) -> Any:
         """A publisher with a subscriber other than this node."""
@@ -100,11 +107,35 @@ class Listener:
 
     def call(self, kind: Any, name: str, **request: Any) -> Any:
         """The answer of a service."""
-        client = self.node.create_client(kind, name)
+        if name not in self._clients:
+            self._clients[name] = self._connected_client(kind, name)
+        client = self._clients[name]
         self.until(client.service_is_ready, name)
         future = client.call_async(kind.Request(**request))
         self.until(future.done, name)
         return future.result()
+
+    def _connected_client(self, kind: Any, name: str) -> Any:
+        """A client that the service's node knows.
+
+        A server may be found before it has found the client's reader, and its answer is lost then. A node learns of
+        another's readers in the order in which they were made: once it answers a client made later, it knows this one.
+        That client's request changes nothing, and can be repeated.
+        """
+        client = self.node.create_client(kind, name)
+        later = self.node.create_client(GetParameterTypes, f"{name.rpartition('/')[0]}/get_parameter_types")
+        self.until(lambda: client.service_is_ready() and later.service_is_ready(), name)
+        futures: list[Any] = []
+
+        def answered() -> bool:
+            if time.monotonic() > asked + ANSWER_LOST * len(futures):
+                futures.append(later.call_async(GetParameterTypes.Request()))
+            return any(future.done() for future in futures)
+
+        asked = time.monotonic()
+        self.until(answered, f"{name}: its node answers")
+        self.node.destroy_client(later)
+        return client
 
     def lower_at(self, speed: float) -> None:
         """Let a rig in lockstep go on until its block is lowered, and then at `speed` times real time."""

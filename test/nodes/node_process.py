@@ -1,4 +1,4 @@
-"""A node in a process of its own, started as `ros2 run` starts it."""
+"""A node in a process of its own."""
 
 import os
 import signal
@@ -9,34 +9,55 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from node_fork_server import ForkedProcess, fork_node
+
 DEADLINE = 120.0  # s, for anything that a process has to do; a process that needs it all has failed
 
 
 class NodeProcess:
     """One node's process and its output.
 
-    others: the processes that it works with; if a wait times out, the output and the stack of all of them is printed.
+    Args:
+        name: Of its program.
+        namespace: Of the node.
+        folder: Its working directory.
+        others: The processes that it works with; if a wait times out, the output and the stack of all of them is
+            printed.
+        new_interpreter: Start it as `ros2 run` does, and not as a fork of a process that has imported it.
+        parameters: Of the node.
     """
 
     def __init__(
-        self, name: str, namespace: str, folder: Path, others: Sequence["NodeProcess"] = (), **parameters: object
+        self,
+        name: str,
+        namespace: str,
+        folder: Path,
+        others: Sequence["NodeProcess"] = (),
+        new_interpreter: bool = True,
+        **parameters: object,
     ) -> None:
-        code = f"from slider_drilling.nodes.programs import {name}; {name}()"
         arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
         for key, value in parameters.items():
             arguments += ["-p", f"{key}:={value}"]
         self.name = f"{namespace}/{name}"
         self._others = others
-        self._start = time.monotonic()
+        self._started = time.monotonic()
         # A file, since a pipe that is not read would fill and block the process.
         self._output_file = tempfile.TemporaryFile()  # noqa: SIM115
-        environment = os.environ | {"PYTHONPATH": _packages(), "PYTHONFAULTHANDLER": "1"}
-        self.process = subprocess.Popen(
+        self.process: subprocess.Popen | ForkedProcess
+        if new_interpreter:
+            self.process = self._start_interpreter(name, arguments, folder)
+        else:
+            self.process = fork_node(name, arguments, folder, self._output_file.fileno())
+
+    def _start_interpreter(self, name: str, arguments: Sequence[str], folder: Path) -> subprocess.Popen:
+        code = f"from slider_drilling.nodes.programs import {name}; {name}()"
+        return subprocess.Popen(
             [sys.executable, "-c", code, *arguments],
             cwd=folder,
             stderr=self._output_file,
             stdout=subprocess.DEVNULL,
-            env=environment,
+            env=os.environ | {"PYTHONPATH": _packages(), "PYTHONFAULTHANDLER": "1"},
         )
 
     @property
@@ -77,7 +98,7 @@ class NodeProcess:
         else:
             state = f"had ended with {self.process.returncode}"
         words = "\n".join(line for line in self.output.splitlines() if not line.startswith("Extension modules:"))
-        return f"--- {self.name}, started {time.monotonic() - self._start:.1f} s ago, {state}; output:\n{words}"
+        return f"--- {self.name}, started {time.monotonic() - self._started:.1f} s ago, {state}; output:\n{words}"
 
 
 def _packages() -> str:

@@ -35,7 +35,7 @@ def test_stopped_controller_keeps_what_it_learnt(simulated, start, listener):
     listener.until_time(listener.time + 3.0)
     assert "went back" not in controller.output and "starts anew" not in controller.output
     assert stamps(listener) == sorted(stamps(listener)), "the log is one run"
-    assert listener.heard["tool_face_target"][-1][1] == pytest.approx(0.7)
+    assert listener.latest("tool_face_target")[1] == pytest.approx(0.7)
 
 
 def test_paused_simulator_leaves_controller_as_it_is(start, listener):
@@ -59,8 +59,8 @@ def test_ending_controller_stops_block_and_drive(start, listener):
     assert controller.end() == 0, controller.output
     listener.until_time(listener.time + 3.0)
     for name in ("draw_works", "top_drive"):
-        assert abs(listener.heard[name][-1][2]) < 1e-5, "long before the command timeout"
-    assert listener.heard["mud_pump"][-1][2] > 5.0
+        assert abs(listener.latest(name)[2]) < 1e-5, "long before the command timeout"
+    assert listener.latest("mud_pump")[2] > 5.0
 
 
 def test_normal_end_logs_no_error(start, listener):

@@ -23,6 +23,7 @@ from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from turning import turn
 
 from slider_drilling.errors import InputError
 from slider_drilling.live import server as serve
@@ -34,7 +35,6 @@ from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.shutdown import ShutdownRequest
-from slider_drilling.nodes.spin import make_executor
 from slider_drilling.units import Units
 
 
@@ -64,18 +64,6 @@ def graph(alone: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Node]]:
     for node in made:
         node.destroy_node()
     rclpy.try_shutdown()
-
-
-def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
-    executor = make_executor()
-    for node in nodes:
-        executor.add_node(node)
-    for happened in until:
-        end = time.monotonic() + 60.0
-        while not happened():
-            assert time.monotonic() < end, happened
-            executor.spin_once(timeout_sec=0.05)
-    executor.shutdown()
 
 
 def test_page_shows_graph_and_changes_it(graph: list[Node]) -> None:
@@ -219,7 +207,7 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     said: list[str] = []
     listener.node.create_subscription(Log, "/rosout", lambda message: said.append(message.msg), 100)
-    program = start("dashboard", host="0.0.0.0", port=0)
+    program = start("dashboard", new_interpreter=True, host="0.0.0.0", port=0)
     program.wait_for("live page: ")
     (path,) = re.findall(r"\?token=\$\(cat (\S+)\)", program.output)
     token = Path(path).read_text().strip()
@@ -227,7 +215,7 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     listener.until(lambda: any("live page: " in text for text in said), "/rosout")
     command_line = Path(f"/proc/{program.process.pid}/cmdline").read_text()
     program.process.send_signal(signal.SIGINT)
-    assert program.process.wait(30.0) == 0
+    assert program.end() == 0, program.output
     logs = "".join(file.read_text() for file in (tmp_path / "logs").rglob("*") if file.is_file())
     assert "live page: " in logs
     for text in (program.output, logs, command_line, *said):

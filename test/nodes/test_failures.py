@@ -12,25 +12,26 @@ from slider_drilling.messages.topics import TOPICS
 
 OK, WARN, ERROR = 0, 1, 2
 COMMANDS = "friction_simulator: commands"
+WAITS_FOR = r"answer the sample of ([\d.]+) s"
 
 
 def test_lost_controller_stops_block_until_commands_return(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
     start("friction_simulator", elements=20)
     listener.lower_at(2.0)
-    listener.until(lambda: bool(listener.heard["top_drive_command"]), "the controller is heard here too")
+    listener.latest("top_drive_command")  # the controller is heard here too
     controller.kill()
     listener.until_status(COMMANDS, ERROR, "no command on top_drive/command and draw_works/command for 1 s")
     # A drive that is braked in finite steps ends at zero but for rounding.
     listener.until(
-        lambda: all(abs(listener.heard[who][-1][2]) < 1e-9 for who in ("draw_works", "top_drive")), "stopped"
+        lambda: all(abs(listener.latest(who)[2]) < 1e-9 for who in ("draw_works", "top_drive")), "stopped"
     )
-    last_command, depth = listener.heard["top_drive_command"][-1][0], listener.heard["draw_works"][-1][1]
+    last_command, depth = listener.latest("top_drive_command")[0], listener.latest("draw_works")[1]
     moving = max(stamp for stamp, _, speed, _ in listener.heard["draw_works"] if speed > 0.0)
     assert moving - last_command < 2.0, "the timeout, and what the drive needs to stop"
     listener.until_time(listener.time + 2.0)
     assert listener.heard["draw_works"][-1][1] == depth
-    assert listener.heard["mud_pump"][-1][2] > 5.0, "the pump goes on"
+    assert listener.latest("mud_pump")[2] > 5.0, "the pump goes on"
     listener.publisher(TOPICS["top_drive_command"]).publish(
         cdr.encode_joint_state(time.time_ns(), "top_drive", 50.0, 0.0)
     )
@@ -72,15 +73,18 @@ def test_lockstep_continues_after_controller_restart(number, start, listener):
     listener.until_time(2.0)
     first.process.send_signal(number)
     first.end()
-    simulator.wait_for("to answer the sample of")
-    stood = float(re.search(r"answer the sample of ([\d.]+) s", simulator.output)[1])
+    # On a busy machine it may have waited for the first controller, too.
+    waited = len(re.findall(WAITS_FOR, simulator.output))
+    listener.until(lambda: len(re.findall(WAITS_FOR, simulator.output)) > waited, "the rig stands")
+    stood = float(re.findall(WAITS_FOR, simulator.output)[-1])
     listener.until_time(stood)
     start("rocking_controller", use_sim_time=True)
     listener.until_time(stood + 20.0)
-    stamps = [stamp for stamp, *_ in listener.heard["top_drive"]]
+    samples = listener.heard["top_drive"]
+    stamps = [stamp for stamp, *_ in samples]
     assert stamps.count(stood) > 1, "asked again"
-    after = [stamp for stamp in stamps if stamp > stood]
-    assert len(set(after)) == len(after) and after == sorted(after), "no step was made twice"
+    # A sample that is asked again is the same one; a step that was made twice would have another angle.
+    assert stamps == sorted(stamps) and len(set(samples)) == len(set(stamps)), "no step was made twice"
     simulator.process.send_signal(signal.SIGINT)
     assert simulator.end() == 0, simulator.output
 
@@ -103,7 +107,6 @@ def test_target_is_taken_with_any_stamp(stamp, start, listener):
     start("friction_simulator", elements=20, speed=2.0, wait_for_controller=True)
     typed = listener.publisher(TOPICS["tool_face_target"])
     listener.until(lambda: any(stamp >= 1.0 for stamp, *_ in listener.heard["tool_face_target"]), "own targets")
-    listener.until(lambda: listener.heard["top_drive"], "a sample")  # discovered by itself, it may be later
     at = 0 if stamp == "zero" else round(listener.heard["tool_face_target"][-1][0] * 1e9)
     typed.publish(cdr.encode_joint_state(at, "tool_face", -1.5))
     begun = listener.time

@@ -40,10 +40,10 @@ def bridge(start, repository: Path, tmp_path: Path) -> Callable:
 def test_node_publishes_and_stops_the_drives(server, bridge, listener):
     process = bridge(command=True, url=server.url)
     listener.until(lambda: len(listener.heard["top_drive"]) > 2 and bool(listener.heard["draw_works"]), "samples")
-    stamp, *top_drive = listener.heard["top_drive"][-1]
+    stamp, *top_drive = listener.latest("top_drive")
     assert top_drive == pytest.approx([3.14159265, 3.14159265, 5000.0])
-    assert listener.heard["draw_works"][-1][1:] == pytest.approx((1.5, 0.0025, 9e5))
-    assert listener.heard["mud_pump"][-1][2] == pytest.approx(6.2831853)
+    assert listener.latest("draw_works")[1:] == pytest.approx((1.5, 0.0025, 9e5))
+    assert listener.latest("mud_pump")[2] == pytest.approx(6.2831853)
     listener.until(lambda: any(block[0] == stamp for block in listener.heard["draw_works"]), "one stamp a sample")
     listener.until_status("opcua_bridge: heartbeat", 0, "changes")
     block = listener.publisher(TOPICS["draw_works_command"])
@@ -55,7 +55,7 @@ def test_node_publishes_and_stops_the_drives(server, bridge, listener):
 
     listener.until(lowers, "the command")
     process.process.send_signal(signal.SIGINT)
-    assert process.process.wait(30.0) == 0
+    assert process.end() == 0, process.output
     assert server.read("DrawWorks.SpeedWanted") == 0.0
 
 
@@ -88,5 +88,5 @@ def test_node_without_command_listens_to_none(server, bridge, listener):
 ])  # fmt: skip
 def test_mistake_is_one_line_and_exit_code_2(changed, expected, bridge):
     process = bridge(command=True, **changed)
-    assert process.process.wait(100.0) == 2
+    assert process.end() == 2, process.output
     assert expected in process.last_output()

@@ -10,9 +10,9 @@ from slider_drilling.log import read_log
 @pytest.fixture
 def recorded(start, tmp_path):
     """The log of a simulator that ended after its duration, and of others that ended when told."""
-    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
-    controller = start("rocking_controller", use_sim_time=True)
-    simulator = start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2)
+    recorder = start("recorder", new_interpreter=True, directory=tmp_path, file="run.mcap", use_sim_time=True)
+    controller = start("rocking_controller", new_interpreter=True, use_sim_time=True)
+    simulator = start("friction_simulator", new_interpreter=True, duration=20.0, elements=20, minimum_subscribers=2)
     assert simulator.end() == 0, simulator.output
     for program in (controller, recorder):
         program.process.send_signal(signal.SIGINT)
@@ -23,7 +23,7 @@ def recorded(start, tmp_path):
 def test_three_processes_run_in_lockstep_and_replay(recorded, start, tmp_path):
     again = start("recorder", directory=tmp_path, file="again.mcap", use_sim_time=True)
     again.wait_for("recording to")
-    player = start("log_player", log=recorded, rate=20.0, delay=0.5, minimum_subscribers=1)
+    player = start("log_player", new_interpreter=True, log=recorded, rate=20.0, delay=0.5, minimum_subscribers=1)
     first = read_log(recorded)
     assert first.notes == ()
     assert first.top_drive is not None and len(first.top_drive.time) == 201
@@ -83,7 +83,7 @@ def test_waiting_node_ends_on_interrupt(name, start):
 
 
 def test_simulator_can_be_interrupted_during_start(start):
-    program = start("friction_simulator")
+    program = start("friction_simulator", new_interpreter=True)
     program.wait_for("preparing the plant")
     program.process.send_signal(signal.SIGINT)
     assert program.end() == 0, program.output

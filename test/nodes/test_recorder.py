@@ -16,6 +16,7 @@ import yaml
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from mcap.reader import make_reader
+from node_process import DEADLINE
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -54,7 +55,7 @@ class Bench:
         self.executor.add_node(self.node)
 
     def turn(self, until: Callable[[], bool]) -> None:
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + DEADLINE
         while not until():
             assert time.monotonic() < end
             self.executor.spin_once(timeout_sec=0.02)
@@ -69,7 +70,7 @@ class Bench:
 
     def call(self, service: str, kind: type = Trigger, **request: object) -> Any:
         client = self.node.create_client(kind, f"/recorder/{service}")
-        assert client.wait_for_service(10.0)
+        assert client.wait_for_service(DEADLINE)
         future = client.call_async(kind.Request(**request))
         self.turn(future.done)
         return future.result()
@@ -423,7 +424,7 @@ def test_full_disk_keeps_recording_and_ends_process(namespace, tmp_path):
     try:
         node = Node("rig", namespace=namespace)
         publisher = raw_topics.publisher(node, DRIVE)
-        value, end = 0, time.monotonic() + 60.0
+        value, end = 0, time.monotonic() + DEADLINE
         while process.poll() is None and time.monotonic() < end:
             if publisher.get_subscription_count():
                 publisher.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), float(value), 0.0))

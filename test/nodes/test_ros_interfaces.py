@@ -33,7 +33,7 @@ def test_simulator_pauses_steps_and_resets(start, listener):
     success, message = triggered(listener, "friction_simulator/reset")
     assert success and "as at its start" in message
     listener.until(lambda: listener.time == pytest.approx(stood + 0.2), "time goes on")
-    assert listener.heard["draw_works"][-1][1] == 0.0 and listener.heard["top_drive"][-1][1] == 0.0
+    assert listener.latest("draw_works")[1] == 0.0 and listener.latest("top_drive")[1] == 0.0
     assert triggered(listener, "friction_simulator/resume")[0]
     listener.until_time(stood + 1.0)
     stamps = [stamp for stamp, *_ in listener.heard["top_drive"]]

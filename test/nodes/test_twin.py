@@ -51,7 +51,7 @@ def test_log_holds_what_twin_says_and_controller_outlives_it(start, listener, tm
     gone = listener.time
     listener.statuses.pop("rocking_controller: twin")
     listener.until_status("rocking_controller: twin", OK, "silent since")
-    listener.until(lambda: listener.heard["top_drive_command"][-1][0] > gone + 5.0, "commands go on")
+    listener.until(lambda: listener.latest("top_drive_command")[0] > gone + 5.0, "commands go on")
     listener.until_status("rocking_controller: measurements", OK, "every surface channel")
     recorder.process.send_signal(signal.SIGINT)
     assert recorder.end() == 0, recorder.output
