@@ -90,9 +90,7 @@ def started() -> Iterator[list[NodeProcess]]:
 def start(namespace: str, tmp_path: Path, started: list[NodeProcess]) -> Callable[..., NodeProcess]:
     """Starts programs in one namespace; `new_interpreter` starts one as `ros2 run` does."""
 
-    def start_one(
-        name: str, within: str = "", new_interpreter: bool = False, **parameters: object
-    ) -> NodeProcess:
+    def start_one(name: str, within: str = "", new_interpreter: bool = False, **parameters: object) -> NodeProcess:
         started.append(NodeProcess(name, namespace + within, tmp_path, started, new_interpreter, **parameters))
         return started[-1]
 

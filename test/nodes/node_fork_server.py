@@ -6,6 +6,7 @@ module is the server; `fork_node` starts one for the process that calls it, and 
 
 from __future__ import annotations
 
+import atexit
 import functools
 import importlib
 import json
@@ -83,12 +84,18 @@ def _server() -> socket.socket:
     """The connection to this process's server, which ends with it."""
     own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     path = os.pathsep.join([str(REPOSITORY), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, "-c", f"import node_fork_server; node_fork_server.main({theirs.fileno()})"],
         env=os.environ | {"PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"},
         pass_fds=[theirs.fileno()],
     )
     theirs.close()
+
+    def end() -> None:
+        own.close()
+        process.wait()
+
+    atexit.register(end)
     return own
 
 
