@@ -1,5 +1,6 @@
 """What every test may ask for: the checkout, the shared recordings, one hypothesis profile."""
 
+import hashlib
 import os
 import signal
 from pathlib import Path
@@ -17,6 +18,12 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
 hypothesis.settings.load_profile("repeatable")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give each of several workers its share of modules that wait for other processes, which fill the end otherwise."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: hashlib.sha256(item.nodeid.partition("::")[0].encode()).digest())
 
 
 @pytest.fixture(scope="session")

@@ -136,7 +136,7 @@ def test_all_jobs_survive_lost_worker_and_scheduler(cluster, tmp_path):
 @pytest.mark.slow
 def test_campaign_without_scheduler_continues_from_its_files(cluster, tmp_path):
     scheduler, nanny = cluster.scheduler(), cluster.worker("a")
-    jobs = make_jobs(tmp_path, 6, 1.0)
+    jobs = make_jobs(tmp_path, 6, 0.5)
 
     def all_go(job, key, why):
         # The worker too: it would go on with what it has been given, and that would count.
@@ -156,6 +156,6 @@ def test_campaign_without_scheduler_continues_from_its_files(cluster, tmp_path):
 def test_missing_scheduler_is_one_line(tmp_path, cluster):
     jobs = make_jobs(tmp_path, 1, 0.0)
     with pytest.raises(InputError, match=f"--scheduler {cluster.address}: no scheduler answers"):
-        run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address))
+        run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address, patience=0.5))
     with pytest.raises(InputError, match="--scheduler nowhere: not an address"):
         run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler="nowhere"))
