@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+import pytest
 from toy import EFFECTS, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
+from slider_drilling.gap.selection.forward_selection import CLEAR_LEAD, clear_leaders
 
 BEND = next(effect for effect in EFFECTS if effect.name == "bend")
 
@@ -65,3 +68,19 @@ def test_alike_nuisance_does_not_stop_calibration():
     answer = explain(TwinToy((run,), conditional_nuisance=(BEND, twin)))
     assert answer.verdict == "parameters"
     assert {"bend", "twin"} & set(answer.parameters)
+
+
+class RacedArm(NamedTuple):
+    """What `clear_leaders` needs of an arm."""
+
+    effects: tuple[Effect, ...]
+    cost: float
+    physical: bool = True
+
+
+@pytest.mark.parametrize("lead, leads", [(CLEAR_LEAD - 1.0, False), (CLEAR_LEAD + 1.0, True)])
+def test_effects_are_not_tested_where_nuisance_is_far_ahead(lead, leads):
+    saw = next(effect for effect in EFFECTS if effect.name == "saw")
+    nuisance, effect = RacedArm((BEND,), 500.0), RacedArm((saw,), 500.0 + lead)
+    assert clear_leaders([nuisance, effect], (BEND,)) == ([nuisance] if leads else [])
+    assert clear_leaders([nuisance._replace(cost=501.0 + lead), effect], (BEND,)) == []

@@ -6,6 +6,7 @@ whole.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from slider_drilling.gap.evidence.compare import passes_likelihood_ratio_test
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import parameters_of, race, restart_leader
+from slider_drilling.gap.search.race import Arm, parameters_of, race, restart_leader
 from slider_drilling.gap.selection.candidates import (
     evaluate_candidates,
     evaluate_within_limits,
@@ -34,6 +35,10 @@ from slider_drilling.gap.selection.start_points import (
     race_entries_of_pairs,
 )
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState, SelectionStep
+
+# `-2 log p` by which conditional nuisance leads where no test of an effect can turn the order round: that of four
+# parameters by chance is beyond 20 once in two thousand times.
+CLEAR_LEAD = 100.0
 
 
 def add_effect(
@@ -67,8 +72,15 @@ def add_effect(
     report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
     start_points = find_start_points(state, [*remaining, *conditional])
     arms, predicted_gain = race_entries(state, start_points, coupled if number == 0 else (), conditional)
-    finishers = restart_leader(state.modes, race(state.modes, arms))
+    finishers = race(state.modes, arms)
     report("testing the finalists", min(0.25 + 0.3 * number, 0.9))
+    leaders = clear_leaders(finishers, conditional)
+    if leaders:
+        rescored, candidates, _ = evaluate_candidates(state, leaders, remaining, seed)
+        missing = _missing_nuisance(rescored, candidates, conditional)
+        if missing is not None:
+            return replace(rescored, missing_nuisance=missing)
+    finishers = restart_leader(state.modes, finishers)
     known = state.current.effects
     state, candidates, former_optimum_ruled_out = evaluate_candidates(state, finishers, remaining, seed)
     missing = _missing_nuisance(state, candidates, conditional)
@@ -96,6 +108,22 @@ def add_effect(
         return ended
     is_nuisance = any(effect in conditional for effect in pair.current.effects)
     return replace(state, missing_nuisance=pair.current) if is_nuisance else pair
+
+
+def clear_leaders(finishers: Sequence[Arm], conditional: Sequence[Effect]) -> list[Arm]:
+    """The arms of conditional nuisance alone, if the best of them is far ahead of every arm with an effect; else none.
+
+    No effect of these arms will be named then: testing them would take most of the time of the search.
+
+    Args:
+        finishers: Arms that a race left, cheapest first.
+        conditional: Nuisance that raced beside the effects.
+    """
+    nuisance = [arm for arm in finishers if all(effect in conditional for effect in arm.effects) and arm.physical]
+    others = [arm.cost for arm in finishers if not all(effect in conditional for effect in arm.effects)]
+    if not nuisance or min(others, default=math.inf) - nuisance[0].cost < CLEAR_LEAD:
+        return []
+    return nuisance
 
 
 def _missing_nuisance(
