@@ -90,6 +90,7 @@ def repeat_arithmetic(rounds, count, constants, moving, polynomial):
             stretch, still, twist, fixed, along, across, speed, rotation_speed,
         )  # fmt: skip
         kernel.update_contacts(
-            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, False, zero, speed, rotation_speed, along, across,
+            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, False, zero, zero, speed,
+            rotation_speed, along, across,
         )  # fmt: skip
         kernel.update_positions(count, 1e-3, speed, rotation_speed, place, angle)
