@@ -25,6 +25,7 @@ from slider_drilling.gap.model import Channel, Effect, LoggedRun, Parameter
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
+from slider_drilling.log_inputs.off_bottom_pressure import off_bottom_factor, pump_runs
 from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
@@ -34,7 +35,6 @@ from slider_drilling.units import Text
 FRICTION_WANDER, BIT_TORQUE_WANDER = 0.01, 0.02
 # Share of what the motor's pressure moves: the weight that reaches the bit holds the errors of all friction above it.
 WEIGHT_WANDER = 0.035
-_OFF_BOTTOM = 0.02  # quantile of a log's pressures that stands for the bit off bottom
 # Effects that show only together in stick-slip: the drive's own torque, and friction that falls with speed and grows
 # at rest.
 STICK_SLIP_EFFECTS = ("torque_at_motor", "stribeck", "static_aging")
@@ -178,9 +178,12 @@ def _wander(channel: Channel, rig: Rig, commands: Commands) -> float:
     if channel.name == "surface_torque":
         return FRICTION_WANDER * float(np.sqrt(np.mean(channel.measured**2)))
     circulation = rig.circulation_at(np.interp(channel.time, commands.time, commands.pump_speed))
-    # The lowest pressure for its flow is that of circulation, where it is below the rig file's.
-    lowest = float(np.quantile(channel.measured / np.maximum(circulation, 1.0), _OFF_BOTTOM))
-    of_motor = np.maximum(channel.measured - min(lowest, 1.0) * circulation, 0.0)
+    running = pump_runs(circulation)
+    if not running.any():
+        return 0.0
+    pressure, circulation = channel.measured[running], circulation[running]
+    # A bit that is never off bottom shows more than circulation needs.
+    of_motor = np.maximum(pressure - min(off_bottom_factor(pressure, circulation), 1.0) * circulation, 0.0)
     return math.hypot(BIT_TORQUE_WANDER * float(np.sqrt(np.mean(of_motor**2))), WEIGHT_WANDER * float(np.std(of_motor)))
 
 

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.drillstring.kernel_arrays import Array
+from slider_drilling.log_inputs.off_bottom_pressure import off_bottom_factor, pump_runs
 from slider_drilling.rig import Rig
 
 _SMOOTHING_S = 10.0  # of the pressure: weight on bit follows a block no faster
-_OFF_BOTTOM = 0.02  # fraction of a log in which its bit carries no weight
 _MAX_PRESSURE_ERROR = 0.2  # of the rig file's circulating pressure
 # s for which the block has one rate; the fewest and the most such stretches of a run.
 _STRETCH_S, _MIN_STRETCHES, _MAX_STRETCHES = 20.0, 3, 24
@@ -63,11 +63,10 @@ def _weight_on_bit(time: Array, pump: Array, pressure_time: Array, pressure: Arr
     late = rig.string.length / rig.mud.sound_speed + rig.hydraulics.lag
     needed = rig.circulation_at(pump)
     measured = _moving_average(time, np.interp(time + late, pressure_time, pressure))
-    running = needed > 0.5 * float(needed.max(initial=0.0))
+    running = pump_runs(needed)
     if not running.any():
         return np.zeros_like(time)
-    # The lowest pressures, with the bit off bottom, calibrate the rig file's circulating pressure.
-    factor = float(np.quantile(measured[running] / needed[running], _OFF_BOTTOM))
+    factor = off_bottom_factor(measured[running], needed[running])
     factor = float(np.clip(factor, 1.0 - _MAX_PRESSURE_ERROR, 1.0 + _MAX_PRESSURE_ERROR))
     of_motor = np.clip(measured - factor * _moving_average(time, needed), 0.0, motor.pressure_at_stall)
     return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / rig.bit.lever
