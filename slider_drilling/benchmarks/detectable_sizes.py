@@ -99,9 +99,8 @@ class Commissioning:
     def predicted(self, name: str) -> float:
         """Size, noise levels, that has its evidence in half of all logs: the median of an effect's shapes."""
         shapes = [shape for shape in self._shapes if shape.effect.name == name]
-        amplitudes = [self._amplitude(shape) for shape in shapes]
-        middle = sorted(range(len(shapes)), key=lambda index: amplitudes[index])[len(shapes) // 2]
-        return self._size(shapes[middle], amplitudes[middle])
+        sizes = sorted(self._size(shape, self._amplitude(shape)) for shape in shapes)
+        return sizes[len(sizes) // 2]
 
     def _amplitude(self, shape: ProbedShape) -> float:
         seen = np.array([self._seen[shape.name(point)] for point in shape.points])
