@@ -11,6 +11,7 @@ from typing import Any
 
 from slider_drilling.drillstring.kernel_arrays import Array, Elements, KernelState, Lanes
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, njit
+from slider_drilling.rig import FLOW_EXPONENT
 
 _STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero
 
@@ -97,7 +98,7 @@ def update_circulating_pressure(lanes, pump, c: Lanes, s: KernelState):
     """Standpipe pressure of this flow with an idle motor (`model.md` section 4). pump: rad/s."""
     for k in range(lanes):
         flow = max(pump * c.pump_displacement[k], 0.0) / c.reference_flow[k]
-        s.circulating_pressure[k] = c.circulating_pressure[k] * flow**1.8
+        s.circulating_pressure[k] = c.circulating_pressure[k] * flow**FLOW_EXPONENT
 
 
 @njit(**_LANES)

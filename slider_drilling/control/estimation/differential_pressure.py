@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from slider_drilling.rig import Rig
+from slider_drilling.rig import FLOW_EXPONENT, Rig
 
-_FLOW_EXPONENT = 1.8    # of the circulating pressure
 _MIN_TARE_FLOW = 0.8    # of the reference flow
 _MAX_TARE_ERROR = 0.06  # of the rig file's off-bottom pressure; a larger difference is the bit's load
 _TARE_TIME = 8.0        # s, time constant
@@ -66,7 +63,7 @@ class DifferentialPressure:
         flow = pump_speed / self._reference_speed
         if self._given or not (math.isfinite(standpipe_pressure) and flow >= _MIN_TARE_FLOW):
             return
-        measured = standpipe_pressure / flow**_FLOW_EXPONENT
+        measured = standpipe_pressure / flow**FLOW_EXPONENT
         error = measured / self._rig_file_pressure - 1.0
         outside = abs(error) > _MAX_TARE_ERROR
         self.tare_error += (1.0 - math.exp(-step / _TARE_TIME)) * ((error if outside else 0.0) - self.tare_error)
@@ -75,14 +72,14 @@ class DifferentialPressure:
 
     def circulating(self, pump_speed: float) -> float:
         """Standpipe pressure off bottom at a crank speed of the pump (rad/s), Pa."""
-        return self._off_bottom * float(max(pump_speed, 0.0) / self._reference_speed) ** _FLOW_EXPONENT
+        return self._off_bottom * float(max(pump_speed, 0.0) / self._reference_speed) ** FLOW_EXPONENT
 
     def update(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
         """Take one sample: pressure Pa, crank speed of the pump rad/s, time since the last one s."""
         if not (math.isfinite(standpipe_pressure) and math.isfinite(pump_speed)):
             return
         flow = max(pump_speed, 0.0) / self._reference_speed
-        self._circulation = flow**_FLOW_EXPONENT
+        self._circulation = flow**FLOW_EXPONENT
         pressure = standpipe_pressure - self._off_bottom * self._circulation
         self.quick += (1.0 - math.exp(-step / self._times[0])) * (pressure - self.quick)
         self.smooth += (1.0 - math.exp(-step / self._times[1])) * (pressure - self.smooth)

@@ -119,11 +119,13 @@ def clear_leaders(finishers: Sequence[Arm], conditional: Sequence[Effect]) -> li
         finishers: Arms that a race left, cheapest first.
         conditional: Nuisance that raced beside the effects.
     """
-    nuisance = [arm for arm in finishers if all(effect in conditional for effect in arm.effects) and arm.physical]
-    others = [arm.cost for arm in finishers if not all(effect in conditional for effect in arm.effects)]
-    if not nuisance or min(others, default=math.inf) - nuisance[0].cost < CLEAR_LEAD:
-        return []
-    return nuisance
+    nuisance: list[Arm] = []
+    others: list[Arm] = []
+    for arm in finishers:
+        (nuisance if all(effect in conditional for effect in arm.effects) else others).append(arm)
+    physical = [arm for arm in nuisance if arm.physical]
+    followed = others[0].cost if others else math.inf
+    return physical if physical and followed - physical[0].cost >= CLEAR_LEAD else []
 
 
 def _missing_nuisance(
