@@ -95,7 +95,11 @@ class PageServer:
             target=self._server.run, kwargs={"sockets": [listening]}, daemon=True, name="live page"
         )
         self._thread.start()
-        self._wait_until_started()
+        try:
+            self._wait_until_started()
+        except InputError:
+            self.stop()
+            raise
 
     def stop(self) -> None:
         """Stop the server; open pages report the lost connection."""

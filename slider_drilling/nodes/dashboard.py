@@ -72,6 +72,8 @@ class Dashboard(GuardedNode):
         steady_timer(self, REQUEST_PERIOD, self._serve_requests)
         steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
         address = Address(values["host"], values["port"], values["token_file"])
+        if shutdown_request is not None:
+            shutdown_request.take_signals()  # the server may make a token file, which must be deleted
         self._server = PageServer(self.state, self.requests, address, UNITS[values["units"]])
         # Without the token: the message is on /rosout and in log files.
         self.get_logger().info(f"live page: {self.url}")

