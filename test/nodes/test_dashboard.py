@@ -206,7 +206,8 @@ def test_token_is_in_its_file_only(start, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     said: list[str] = []
-    listener.node.create_subscription(Log, "/rosout", lambda message: said.append(message.msg), raw_topics.LATCHED_WORDS)
+    hear = said.append
+    listener.node.create_subscription(Log, "/rosout", lambda message: hear(message.msg), raw_topics.LATCHED_WORDS)
     program = start("dashboard", new_interpreter=True, host="0.0.0.0", port=0)
     program.wait_for("live page: ")
     (path,) = re.findall(r"\?token=\$\(cat (\S+)\)", program.output)
