@@ -39,7 +39,7 @@ class CommandSubscriptions:
         self._top_drive_speed = top_drive_speed
         self._inbox = inbox
         self._on_command = on_command
-        self._refusals: dict[str, str] = {}  # topic -> reason, since the last status
+        self._refusals: dict[str, Refusal] = {}  # the last of each topic since the last status
         self._timed_out: list[str] = []
         self._unanswered = self._reported_unanswered = 0
         known = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], raw_topics.PUMP_COMMAND)
@@ -62,7 +62,8 @@ class CommandSubscriptions:
 
     def last_refusal(self) -> str:
         """Why the last command was refused with an error; "" if none was since the last status."""
-        return next(reversed(self._refusals.values()), "")
+        errors = [one.reason for one in self._refusals.values() if one.level is Level.ERROR]
+        return errors[-1] if errors else ""
 
     def count_sample(self) -> None:
         """Count the present sample if it had no command in real time; log when commands stop or return."""
@@ -98,18 +99,19 @@ class CommandSubscriptions:
         if conflict:
             self._node.get_logger().warning(conflict, throttle_duration_sec=5.0)
         # All of them: a refusal is often the cause of a timeout, and it is reported once.
-        faults = [
-            *([conflict] if conflict else []),
-            *([self._timeout_message(self._timed_out)] if self._timed_out else []),
-            *(f"{topic}: refused: {reason}" for topic, reason in refusals.items()),
+        complaints = [
+            *([(Level.ERROR, conflict)] if conflict else []),
+            *([(Level.ERROR, self._timeout_message(self._timed_out))] if self._timed_out else []),
+            *((one.level, f"{topic}: refused: {one.reason}") for topic, one in refusals.items()),
         ]
-        values = (("refused", str(self._inbox.refused)), ("unanswered_samples", str(self._unanswered)))
-        if faults:
-            return Status(Level.ERROR, "commands", "; ".join(faults), values)
-        if unanswered:
+        if unanswered and all(level is not Level.ERROR for level, _ in complaints):
             message = f"{unanswered} samples had no command in time; the angle setpoint stood still"
-            return Status(Level.WARN, "commands", message, values)
-        return Status(Level.OK, "commands", "every sample is answered", values)
+            complaints.append((Level.WARN, message))
+        values = (("refused", str(self._inbox.refused)), ("unanswered_samples", str(self._unanswered)))
+        if not complaints:
+            return Status(Level.OK, "commands", "every sample is answered", values)
+        worst = Level.ERROR if any(level is Level.ERROR for level, _ in complaints) else Level.WARN
+        return Status(worst, "commands", "; ".join(message for _, message in complaints), values)
 
     def _timeout_message(self, topics: list[str]) -> str:
         """Which commands are missing, and what the rig does about it."""
@@ -166,8 +168,8 @@ class CommandSubscriptions:
 
     def _report_refusal(self, topic: str, refusal: Refusal) -> None:
         message = f"{topic}: refused: {refusal.reason}"
+        self._refusals[topic] = refusal
         if refusal.level is Level.ERROR:
-            self._refusals[topic] = refusal.reason
             self._node.get_logger().error(message, throttle_duration_sec=5.0)
         else:
             self._node.get_logger().warning(message, throttle_duration_sec=5.0)

@@ -86,6 +86,16 @@ def test_fast_block_is_refused_with_a_status(make):
     assert simulator._virtual.measurements.block_speed == 0.0
 
 
+def test_refused_nan_is_in_the_status(make):
+    simulator = make(FrictionSimulator, elements=20, speed=5.0)
+    sender = raw_topics.publisher(simulator, raw_topics.PUMP_COMMAND)
+    sender.publish(cdr.encode_joint_state(0, "mud_pump", None, float("nan")))
+    turn([simulator], lambda: bool(simulator._commands._refusals))
+    status = simulator._commands.status()
+    assert status.level is not Level.OK
+    assert "mud_pump/command: refused: " in status.message and "not finite" in status.message
+
+
 @pytest.mark.parametrize(
     ("speed", "says"), [(12.6, "the top drive brakes, at 12.6 rad/s"), (0.0, "the top drive stands")]
 )
