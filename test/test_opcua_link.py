@@ -22,6 +22,9 @@ from slider_drilling.opcua.link import Sample, ServerLink
 from slider_drilling.opcua.mapping import RigMapping, load_mapping
 
 EXAMPLE = Path(__file__).parents[1] / "config" / "opcua_rig.example.yaml"
+DEADLINE = 60.0  # s, for anything that has to happen
+LONG = 60.0  # s, a timeout that no test waits for: a starved server or controller must not look like a dead one
+SHORT = 0.4  # s, a timeout that a test waits for
 
 
 class Bridge:
@@ -30,7 +33,7 @@ class Bridge:
     def __init__(self, mapping: RigMapping, command: bool) -> None:
         self.samples: list[Sample] = []
         self.errors: list[InputError] = []
-        self.gate = CommandGate(mapping.write, mapping.command_timeout) if command else None
+        self.gate = CountingGate(mapping.write, mapping.command_timeout) if command else None
         self.link = ServerLink(mapping, self.gate, self.samples.append, self.errors.append)
 
     def say(self, **values: float) -> None:
@@ -41,9 +44,35 @@ class Bridge:
         found = {status.name: (int(status.level), status.message) for status in self.link.statuses()}
         return found.get(name, (-1, ""))
 
+    def take_what_was_said(self) -> None:
+        """Wait until the link has taken all that was said, and has written what it writes of it.
+
+        It takes and writes in turn: once it takes again, it has written what it took before.
+        """
+        before = self.gate.times_emptied + 1
+        until(lambda: self.gate.times_emptied > before, "the link takes commands")
+
+    def forget_controller_after(self, seconds: float) -> None:
+        """Another command_timeout, s, from now on."""
+        self.gate._timeout = seconds
+
+
+class CountingGate(CommandGate):
+    """Counts how often the link took or dropped what waited."""
+
+    times_emptied = 0
+
+    def take(self, now: float) -> dict[str, float]:
+        self.times_emptied += 1
+        return super().take(now)
+
+    def drop(self) -> None:
+        self.times_emptied += 1
+        super().drop()
+
 
 def until(happened: Callable[[], bool], why: str = "") -> None:
-    end = time.monotonic() + 15.0
+    end = time.monotonic() + DEADLINE
     while not happened():
         assert time.monotonic() < end, why
         time.sleep(0.01)
@@ -67,7 +96,8 @@ def mapping_file(tmp_path: Path) -> Callable[..., Path]:
     """The example's mapping with some keys changed."""
 
     def write(**changed: object) -> Path:
-        tree = yaml.safe_load(EXAMPLE.read_text()) | {"period": 0.02, "heartbeat_timeout": 0.4} | changed
+        own = {"period": 0.02, "heartbeat_timeout": LONG, "command_timeout": LONG}
+        tree = yaml.safe_load(EXAMPLE.read_text()) | own | changed
         (tmp_path / "rig.yaml").write_text(yaml.safe_dump(tree))
         return tmp_path / "rig.yaml"
 
@@ -131,32 +161,34 @@ def test_unusable_value_is_left_out(server: RigServer, start: Callable[..., Brid
 def test_dead_heartbeat_stops_samples_and_commands(
     server: RigServer, start: Callable[..., Bridge], beat: object
 ) -> None:
-    bridge = start(server.url)
+    bridge = start(server.url, heartbeat_timeout=SHORT)
     command_all(bridge, server)
     server.alive, server.beat = False, beat
     until(lambda: bridge.status("heartbeat")[0] == Level.ERROR, "the heartbeat stands still")
     # The drives' speeds are zero for a rig that comes back; the pump and the angle are as they were.
     until(lambda: wanted(server)[1:3] == [0.0, 0.0], "the drives are stopped")
-    time.sleep(0.1)
     count = len(bridge.samples)
     bridge.say(top_drive_angle=1.0, top_drive_speed=1.0, block_speed=1.0, pump_speed=1.0)
-    time.sleep(0.3)
+    bridge.take_what_was_said()
     assert wanted(server) == pytest.approx([90.0, 0.0, 0.0, 60.0])
     assert len(bridge.samples) == count
     server.mend()
     until(lambda: len(bridge.samples) > count, "the rig is back")
-    time.sleep(0.1)
-    assert wanted(server) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "held; commands for the dead rig are forgotten"
+    bridge.forget_controller_after(SHORT)
+    until(lambda: wanted(server) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "held, stopped")
+    bridge.take_what_was_said()
+    assert wanted(server) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "commands for the dead rig are forgotten"
+    bridge.forget_controller_after(LONG)
     command_all(bridge, server)
 
 
 def test_heartbeat_that_never_changed_is_dead(server: RigServer, start: Callable[..., Bridge]) -> None:
     server.beat = math.nan
-    time.sleep(0.2)
+    until(lambda: math.isnan(server.read("Heartbeat")), "the server shows it")
     bridge = start(server.url)
     until(lambda: bridge.status("server")[0] == Level.OK)
     bridge.say(block_speed=0.01)
-    time.sleep(0.3)
+    bridge.take_what_was_said()
     assert bridge.samples == [] and wanted(server) == [0.0] * 4
 
 
@@ -178,7 +210,7 @@ def test_end_writes_nothing_that_was_not_commanded(server: RigServer, start: Cal
 
 
 def test_silent_controller_stops_the_drives(server: RigServer, start: Callable[..., Bridge]) -> None:
-    bridge = start(server.url)
+    bridge = start(server.url, command_timeout=SHORT)
     command_all(bridge, server)
     until(lambda: wanted(server) == pytest.approx([180.0, 0.0, 0.0, 60.0]), "stopped")
     assert bridge.status("heartbeat")[0] == Level.OK
@@ -208,7 +240,7 @@ def test_command_beyond_the_limits_is_refused(server: RigServer, start: Callable
     for value in (50.0, -50.0, math.nan, math.inf):
         bridge.say(block_speed=value)
         assert "block_speed = " in bridge.gate.refused
-    time.sleep(0.2)
+    bridge.take_what_was_said()
     assert wanted(server) == [0.0] * 4
 
 
@@ -230,15 +262,15 @@ def test_number_that_the_node_cannot_hold_is_refused(server: RigServer, start: C
     """An integer of 16 bits holds 32767 deg; the other drives follow, and are stopped, all the same."""
     write = yaml.safe_load(EXAMPLE.read_text())["write"]
     write["top_drive_angle"]["node"] = "ns=2;s=TopDrive.AngleInteger"
-    bridge = start(server.url, write=write)
+    bridge = start(server.url, write=write, command_timeout=SHORT)
     until(lambda: len(bridge.samples) > 2)
 
-    def others_follow() -> bool:
+    def angle_is_refused_and_others_follow() -> bool:
         bridge.say(top_drive_angle=math.radians(40_000.0), block_speed=0.01)
-        return server.read("DrawWorks.SpeedWanted") == pytest.approx(36.0)
+        refused = bridge.link.health.refused == {"top_drive_angle": "40000 does not fit Int16"}
+        return refused and server.read("DrawWorks.SpeedWanted") == pytest.approx(36.0)
 
-    until(others_follow)
-    until(lambda: bridge.link.health.refused == {"top_drive_angle": "40000 does not fit Int16"})
+    until(angle_is_refused_and_others_follow)
     until(lambda: server.read("DrawWorks.SpeedWanted") == 0.0, "stopped")
     assert server.read("TopDrive.AngleInteger") == 180 and not bridge.errors
 
@@ -258,8 +290,11 @@ def test_lost_server_is_found_again(start: Callable[..., Bridge]) -> None:
     count = len(bridge.samples)
     second = RigServer(port)
     until(lambda: len(bridge.samples) > count, "the server is found again")
-    time.sleep(0.2)
-    assert wanted(second) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "stopped; nothing that waited is written"
+    bridge.forget_controller_after(SHORT)
+    until(lambda: wanted(second) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "stopped")
+    bridge.take_what_was_said()
+    assert wanted(second) == pytest.approx([180.0, 0.0, 0.0, 0.0]), "nothing that waited is written"
+    bridge.forget_controller_after(LONG)
     command_all(bridge, second)
     assert not bridge.errors
     second.close()
