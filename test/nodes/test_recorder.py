@@ -221,13 +221,17 @@ def test_log_splits_by_size_time_and_service(bench, tmp_path):
         with AnyReader([tmp_path / name]) as bag:
             topics = [connection.topic for connection, _, _ in bag.messages()]
         assert topics.count("/top_drive/joint_states") == count
-    three = bench(directory=str(tmp_path / "time"), file="run.mcap", split_duration=0.2)
-    drive = raw_topics.publisher(three.node, DRIVE)
-    three.send(drive, range(2))
-    time.sleep(0.25)
-    three.send(drive, range(2, 4))
+    three = bench(directory=str(tmp_path / "time"), file="run.mcap", split_duration=0.2, use_sim_time=True)
+    drive, clock = raw_topics.publisher(three.node, DRIVE), raw_topics.publisher(three.node, raw_topics.CLOCK)
+    three.turn(lambda: three.recorder.publisher_count("/clock") > 0)
+    for seconds, values in ((1.0, range(2)), (1.15, range(2, 4)), (1.25, range(4, 6))):
+        now_ns = round(seconds * 1e9)
+        clock.publish(cdr.encode_clock(now_ns))
+        three.turn(lambda now_ns=now_ns: three.recorder._simulated_ns == now_ns)
+        three.send(drive, values)
     three.end()
-    assert sorted(path.name for path in (tmp_path / "time").glob("*.mcap")) == ["run.mcap", "run_1.mcap"]
+    counts = {path.name: len(read_log(path).top_drive.time) for path in (tmp_path / "time").glob("*.mcap")}
+    assert counts == {"run.mcap": 4, "run_1.mcap": 2}
 
 
 def test_recorder_pauses_and_resumes(bench, tmp_path):

@@ -99,15 +99,16 @@ def test_run_over_dds_equals_run_without(runs, repository):
 
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
+    # In slow motion: an answer has 0.4 s of wall time, which a busy machine has, too.
     outcome = run_session(
-        SessionOptions(duration=4.0, speed=1.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
+        SessionOptions(duration=1.0, speed=0.25, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
     )
     assert outcome.wall > 3.9
     paced, lockstep = read_log(outcome.log), read_log(runs[0])
-    np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(41), atol=1e-9)
+    np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(11), atol=1e-9)
     command = paced.top_drive_command
     answered = set(np.round(command.time[command.arrival < command.time + 0.05], 1))
-    same = next((k for k in range(41) if round(0.1 * k, 1) not in answered), 40)
+    same = next((k for k in range(11) if round(0.1 * k, 1) not in answered), 10)
     np.testing.assert_array_equal(paced.top_drive.effort[: same + 1], lockstep.top_drive.effort[: same + 1])
     assert same > 1, "this machine answered not even the first samples in time"
 
