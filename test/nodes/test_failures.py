@@ -73,9 +73,14 @@ def test_lockstep_continues_after_controller_restart(number, start, listener):
     listener.until_time(2.0)
     first.process.send_signal(number)
     first.end()
-    # On a busy machine it may have waited for the first controller, too.
+    # On a busy machine it may have waited for the first controller, too, and that one's last answer may come late.
     waited = len(re.findall(WAITS_FOR, simulator.output))
-    listener.until(lambda: len(re.findall(WAITS_FOR, simulator.output)) > waited, "the rig stands")
+
+    def stands() -> bool:
+        waits = re.findall(WAITS_FOR, simulator.output)
+        return len(waits) > waited + 1 and waits[-1] == waits[-2]
+
+    listener.until(stands, "the rig stands")
     stood = float(re.findall(WAITS_FOR, simulator.output)[-1])
     listener.until_time(stood)
     start("rocking_controller", use_sim_time=True)
@@ -138,7 +143,8 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         log = read_log(path)
         assert log.notes == () and log.start == begins
         assert len(log.top_drive.time) == 601
-        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 1.0, "arrivals are on the rig's own clock"
+        # The other rig's clock is 5000 s off; what a busy recorder is late, at 20 times real time, is seconds.
+        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 60.0, "arrivals are on the rig's own clock"
 
 
 STUCK = """

