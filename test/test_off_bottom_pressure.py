@@ -7,10 +7,14 @@ import pytest
 from short_well import short_rig
 
 from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.build_model import BIT_TORQUE_WANDER, FRICTION_WANDER, build_model, channel_wander
 from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.gap.model import Channel
 from slider_drilling.log import read_log
 from slider_drilling.log_inputs.off_bottom_pressure import off_bottom_factor, pump_runs
+from slider_drilling.rig import load_rig
+from slider_drilling.wellbore.static_loads import static_loads
 
 
 def test_lowest_pressures_are_those_off_bottom():
@@ -35,3 +39,21 @@ def test_circulation_alone_does_not_wander(tmp_path, stopped):
     (run,) = build_model([read_log(path)], rig).model.runs
     pressure = next(channel for channel in run.channels if channel.name == "standpipe_pressure")
     assert pressure.wander < 2e-4 * rig.circulating_pressure
+
+
+def test_pressure_wanders_with_friction_along_a_string_that_slides():
+    """A string that rotates one way brings its weight to the bit."""
+    rig, time = load_rig(installed_file("config/rig.example.yaml")), np.arange(0.0, 200.0, 0.1)
+    lowered = -0.003 * time
+    pump, still = np.full_like(time, 12.3), np.zeros_like(time)
+    wander = {}
+    for name, speed in (("slides", still), ("rotates", still + 5.0)):
+        commands = Commands(time, speed * time, speed, lowered, still - 0.003, pump)
+        measured = np.where(time < 10.0, 0.0, 1.5e6) + rig.circulation_at(pump)
+        channel = Channel("standpipe_pressure", time, measured, "Pa", declared_noise=4e4)
+        wander[name] = channel_wander(channel, rig, commands)
+    drag = static_loads(rig).hook_load - static_loads(rig, axial_speed=1.0).hook_load
+    of_weight = FRICTION_WANDER * drag * rig.bit.lever / rig.motor.torque_per_pressure
+    of_bit = BIT_TORQUE_WANDER * 1.5e6
+    assert wander["slides"] == pytest.approx(np.hypot(of_bit, of_weight), rel=0.05)
+    assert wander["rotates"] == pytest.approx(np.hypot(of_bit, np.sqrt(0.1) * of_weight), rel=0.05)

@@ -27,14 +27,16 @@ from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.off_bottom_pressure import off_bottom_factor, pump_runs
 from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
+from slider_drilling.log_inputs.steady_rotation import rotates_steadily
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
+from slider_drilling.wellbore.static_loads import static_loads
 
 # Shares by which numbers of a rig wander that does not change, with the rock, the cuttings and the depth of cut:
 # friction, and the bit's torque per weight, which nothing but the motor's pressure shows.
 FRICTION_WANDER, BIT_TORQUE_WANDER = 0.01, 0.02
-# Share of what the motor's pressure moves: the weight that reaches the bit holds the errors of all friction above it.
-WEIGHT_WANDER = 0.035
+# Noise levels of the motor's pressure above which the bit carries weight: the lowest of a log is two below its mean.
+DRILLS = 5.0
 # Effects that show only together in stick-slip: the drive's own torque, and friction that falls with speed and grows
 # at rest.
 STICK_SLIP_EFFECTS = ("torque_at_motor", "stribeck", "static_aging")
@@ -159,7 +161,7 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
         if name == "standpipe_pressure" and inputs.flow_step_times is not None:
             kept &= ~flow_reduced(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
-        channel = replace(channel, wander=_wander(channel, rig, commands))
+        channel = replace(channel, wander=channel_wander(channel, rig, commands))
         why = why_unusable(channel)
         if why is None:
             channels.append(channel)
@@ -171,8 +173,14 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
     )  # fmt: skip
 
 
-def _wander(channel: Channel, rig: Rig, commands: Commands) -> float:
-    """RMS by which a channel wanders, in its unit, because friction, weight and the bit's torque do."""
+def channel_wander(channel: Channel, rig: Rig, commands: Commands) -> float:
+    """RMS by which a channel wanders, in its unit, because friction and the bit's torque do.
+
+    Args:
+        channel: What was measured.
+        rig: The rig file.
+        commands: What drove the rig.
+    """
     if channel.time.size == 0 or channel.name not in ("surface_torque", "standpipe_pressure"):
         return 0.0
     if channel.name == "surface_torque":
@@ -184,7 +192,18 @@ def _wander(channel: Channel, rig: Rig, commands: Commands) -> float:
     pressure, circulation = channel.measured[running], circulation[running]
     # A bit that is never off bottom shows more than circulation needs.
     of_motor = np.maximum(pressure - min(off_bottom_factor(pressure, circulation), 1.0) * circulation, 0.0)
-    return math.hypot(BIT_TORQUE_WANDER * float(np.sqrt(np.mean(of_motor**2))), WEIGHT_WANDER * float(np.std(of_motor)))
+    drills = of_motor > DRILLS * (channel.declared_noise or 0.0)
+    of_weight = FRICTION_WANDER * _friction_along_string(rig, commands) * rig.bit.lever / rig.motor.torque_per_pressure
+    return math.hypot(
+        BIT_TORQUE_WANDER * float(np.sqrt(np.mean(of_motor**2))), of_weight * math.sqrt(float(np.mean(drills)))
+    )
+
+
+def _friction_along_string(rig: Rig, commands: Commands) -> float:
+    """RMS, N, of the friction that keeps weight from the bit: that of a lowered string, none while it rotates."""
+    drag = static_loads(rig, rotation_speed=1.0).hook_load - static_loads(rig, axial_speed=1.0).hook_load
+    slides = ~rotates_steadily(commands.time, commands.top_drive_speed)
+    return drag * math.sqrt(float(np.mean(slides)))
 
 
 def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.log_checks.issue import LogIssue
+from slider_drilling.log_inputs.steady_rotation import rotates_steadily
 from slider_drilling.rig import Rig
 from slider_drilling.units import Quantity, sentence
 from slider_drilling.wellbore.static_loads import static_loads
 
-_TURNING = 1.0  # rad/s in one direction: friction acts around the string only
-_STEADY_S = 20.0
 _STILL = 0.01  # m/s of the block
 _MIN_EXCESS, _MIN_SHARE = 80e3, 0.12  # N, and of the string's weight: less may be the rig file's
 
@@ -27,7 +26,7 @@ def check_block_weight(log: RigLog, rig: Rig) -> tuple[list[LogIssue], bool]:
     drive, works = log.top_drive, log.draw_works
     if drive is None or works is None or not np.isfinite(works.effort).any():
         return [], False
-    steady = _steady(drive)
+    steady = rotates_steadily(drive.time, drive.velocity)
     if not steady.any():
         return [], False
     rotates = np.interp(works.time, drive.time, steady.astype(float)) > 0.99
@@ -44,15 +43,6 @@ def check_block_weight(log: RigLog, rig: Rig) -> tuple[list[LogIssue], bool]:
         "the table with that as tare of hook_load, or correct the rig file",
     )  # fmt: skip
     return [LogIssue("note", "hook_load", text, "block weight")], True
-
-
-def _steady(drive: JointSeries) -> NDArray[np.bool_]:
-    """Samples of a drive that has turned one way for some time."""
-    speed = np.where(np.isfinite(drive.velocity), drive.velocity, 0.0)
-    turning = np.abs(speed) > _TURNING
-    same = np.r_[False, turning[1:] & turning[:-1] & (np.sign(speed[1:]) == np.sign(speed[:-1]))]
-    start = np.where(same, -np.inf, drive.time)
-    return np.asarray(drive.time - np.maximum.accumulate(start) > _STEADY_S)
 
 
 def _still(works: JointSeries) -> NDArray[np.bool_]:
