@@ -48,7 +48,9 @@ class RigServer:
         self._end = asyncio.Event()
         self._thread = threading.Thread(target=lambda: self._loop.run_until_complete(self._serve()), daemon=True)
         self._thread.start()
-        assert self._ready.wait(100.0)
+        # A busy machine takes minutes for what is a second of its time; pytest's own timeout ends what never comes.
+        while not self._ready.wait(0.1):
+            assert self._thread.is_alive(), "the server's thread has failed"
 
     async def _serve(self) -> None:
         self._server = asyncua.Server()
