@@ -129,7 +129,7 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         ]
         simulators.append(
             start(
-                "friction_simulator", within=name, elements=20, duration=60.0, start_time=begins, speed=20.0,
+                "friction_simulator", within=name, elements=20, duration=20.0, start_time=begins, speed=20.0,
                 minimum_subscribers=2, wait_for_controller=True,
             )
         )
@@ -142,7 +142,7 @@ def test_two_rigs_keep_their_own_time(start, tmp_path):
         (path,) = tmp_path.rglob(f"{name}.mcap")
         log = read_log(path)
         assert log.notes == () and log.start == begins
-        assert len(log.top_drive.time) == 601
+        assert len(log.top_drive.time) == 201
         # The other rig's clock is 5000 s off; what a busy recorder is late, at 20 times real time, is seconds.
         assert abs(log.top_drive.arrival - log.top_drive.time).max() < 60.0, "arrivals are on the rig's own clock"
 
