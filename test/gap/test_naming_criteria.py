@@ -53,7 +53,9 @@ def model(score: HeldOutScore, cost: float = 0.0, parameters: int = 2, effects: 
 def evidence(without: object, fitted: object, candidates: int = 1, **state: object) -> Evidence:
     adequate = bool(state.pop("adequate", False))
     adequacy = SimpleNamespace(adequate=adequate, within_thresholds=adequate)
-    whole = SimpleNamespace(bootstrap=BOOTSTRAP, adequacy=adequacy, calibrated=without)
+    whole = SimpleNamespace(
+        bootstrap=BOOTSTRAP, adequacy=adequacy, calibrated=without, calibrated_adequacy=adequacy
+    )  # fmt: skip
     forms = state.pop("free_forms", ())
     return Evidence(whole, without, fitted, [SINE] * candidates, free_forms=forms)
 
@@ -123,14 +125,26 @@ def is_material(times: float) -> Evidence:
     return evidence(model(scored()), fitted)
 
 
-def differs(times: float) -> Evidence:
-    """A sine whose amplitude is so many times half of its interval."""
+def differs(times: float, material: float = 0.0, adequate: bool = False) -> Evidence:
+    """A sine whose amplitude is half of its interval, and so many times what is material, more than none."""
     problem, found = fit_toy(toy({"sine": 4.0}, 3), ["sine"])
     low, high = parameter_intervals(problem, found, ONE_SIDED_95)["sine"]
-    found = replace(found, values=found.values | {"sine": 0.5 * times * (high - low)})
-    fitted = model(scored(), effects=(SINE,))
+    half = 0.5 * (high - low)
+    amplitude = half + times * material if material else times * half
+    found = replace(found, values=found.values | {"sine": amplitude})
+    sine = replace(SINE, material={"sine": material} if material else {})
+    fitted = model(scored(), effects=(sine,))
     fitted.problem, fitted.fit = problem, found
-    return evidence(model(scored()), fitted)
+    return evidence(model(scored()), fitted, adequate=adequate)
+
+
+def is_certainly_material(times: float) -> Evidence:
+    return differs(times, material=2.0, adequate=True)
+
+
+def test_where_there_is_a_gap_a_size_need_not_be_certainly_material():
+    found = differs(OUTSIDE, material=2.0, adequate=False)
+    assert criterion("certainly material").passes(found) and criterion("more than none").passes(found)
 
 
 def closes(times: float) -> Evidence:
@@ -225,6 +239,7 @@ AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
     "still needed": is_needed,
     "pair ends the gap": ends_the_gap,
     "more than none": differs,
+    "certainly material": is_certainly_material,
     "no free form predicts better": beats_no_named_effect,
     "no free form at another site is likelier": is_no_likelier_elsewhere,
 }

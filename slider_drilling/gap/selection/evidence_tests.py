@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import comb
 
@@ -160,16 +160,37 @@ def is_material(evidence: Evidence) -> bool:
 
 def differs_from_none(evidence: Evidence) -> bool:
     """Whether the interval of each new effect's size leaves out none; effects that show only together may not."""
+    return _sizes_beyond(evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0))
+
+
+def certainly_material(evidence: Evidence) -> bool:
+    """Whether the interval of each new effect's size leaves out what nobody acts on, where calibration is enough."""
+    if not evidence.state.calibrated_adequacy.within_thresholds:
+        return True
+    return _sizes_beyond(evidence, lambda effect: effect.material)
+
+
+def _sizes_beyond(evidence: Evidence, least: Callable[[Effect], Mapping[str, float]]) -> bool:
+    """Whether a size of each new effect is beyond the least one, by its interval; coupled effects may not be.
+
+    Args:
+        evidence: The model with the effects.
+        least: Of an effect, how far from none its sizes must be, by parameter; true if there are no such sizes.
+    """
     problem, found = evidence.fitted.problem, evidence.fitted.fit
     together = problem.model.coupled_effects if isinstance(problem.model, HasCoupledEffects) else ()
     intervals = parameter_intervals(problem, found, ONE_SIDED_95)
     parameters = user_parameters(problem, found)
 
-    def differs(effect: Effect) -> bool:
-        sizes = [name for name in effect.material or [effect.parameters[0].name] if name in intervals]
-        return any(not intervals[name][0] <= parameters[name].nominal <= intervals[name][1] for name in sizes)
+    def away(name: str) -> float:
+        (low, high), none = intervals[name], parameters[name].nominal
+        return max(low - none, none - high)
 
-    return all(effect.name in together or differs(effect) for effect in evidence.new_effects)
+    def is_beyond(effect: Effect) -> bool:
+        sizes = least(effect)
+        return not sizes or any(away(name) > size for name, size in sizes.items() if name in intervals)
+
+    return all(effect.name in together or is_beyond(effect) for effect in evidence.new_effects)
 
 
 def closes_most(evidence: Evidence) -> bool:

@@ -324,6 +324,16 @@ CRITERIA: tuple[Criterion, ...] = (
         passes=tests.differs_from_none,
     ),
     Criterion(
+        name="certainly material",
+        stages=(Stage.END,),
+        test="90 % interval of the effect's size, where calibration alone leaves no gap",
+        threshold="leaves out what nobody acts on (registry)",
+        message="calibration is enough, and its size may be one that nobody would act on",
+        reason="What any rig wanders by can look like a small effect. Without a gap a name must surely matter.",
+        passes=tests.certainly_material,
+        kind=Kind.SIZE,
+    ),
+    Criterion(
         name="no free form predicts better",
         stages=(Stage.ALTERNATIVES,),
         test="held-out log density of every free-form alternative against the named effects (block bootstrap)",
