@@ -104,14 +104,13 @@ class CommandSubscriptions:
             *([(Level.ERROR, self._timeout_message(self._timed_out))] if self._timed_out else []),
             *((one.level, f"{topic}: refused: {one.reason}") for topic, one in refusals.items()),
         ]
-        if unanswered and all(level is not Level.ERROR for level, _ in complaints):
-            message = f"{unanswered} samples had no command in time; the angle setpoint stood still"
-            complaints.append((Level.WARN, message))
+        worst = max((level for level, _ in complaints), default=Level.OK)
+        if unanswered and worst < Level.ERROR:
+            worst = Level.WARN
+            complaints.append((worst, f"{unanswered} samples had no command in time; the angle setpoint stood still"))
         values = (("refused", str(self._inbox.refused)), ("unanswered_samples", str(self._unanswered)))
-        if not complaints:
-            return Status(Level.OK, "commands", "every sample is answered", values)
-        worst = Level.ERROR if any(level is Level.ERROR for level, _ in complaints) else Level.WARN
-        return Status(worst, "commands", "; ".join(message for _, message in complaints), values)
+        text = "; ".join(message for _, message in complaints) or "every sample is answered"
+        return Status(worst, "commands", text, values)
 
     def _timeout_message(self, topics: list[str]) -> str:
         """Which commands are missing, and what the rig does about it."""
