@@ -11,7 +11,8 @@ from toy import Toy, toy
 
 from slider_drilling.gap import Effect, Parameter
 from slider_drilling.gap.explain import coupled_effect_sets, explain
-from slider_drilling.gap.selection import evidence_tests
+from slider_drilling.gap.search.global_search import global_search
+from slider_drilling.gap.selection import evidence_tests, start_points
 
 
 def effect(name: str, **kinds) -> Effect:
@@ -57,3 +58,32 @@ def test_needless_coupled_effect_is_dropped(seed, monkeypatch):
     log = toy({"sine": 4.0}, seed=seed)
     answer = explain(Joined(log.runs, log.nuisance, (effect("sine"), effect("bend"), effect("saw"))), seed=1)
     assert answer.effects == ("sine",)
+
+
+@dataclass(frozen=True)
+class Fed(Joined):
+    """The same, and half of what is measured can be fed back."""
+
+    observed_channel: str = "force"
+
+    def simulate(self, run, sets, options):
+        free = super().simulate(run, sets, options)["force"]
+        fed = options.observer_gain * self.runs[run].channels[0].measured
+        return {"force": (free + fed) / (1.0 + options.observer_gain)}
+
+    def with_measured(self, run, measured):
+        return self
+
+
+def test_coupled_effects_are_searched_in_every_simulation_mode(monkeypatch):
+    """Fed back, a self-excited oscillation keeps its phase, and a search finds what it cannot find in free runs."""
+    gains = []
+
+    def search(problem, fine, spans, fixed, seed):
+        gains.append(problem.options.observer_gain)
+        return global_search(problem, fine, spans, fixed, seed)
+
+    monkeypatch.setattr(start_points, "global_search", search)
+    log = toy({"sine": 4.0}, seed=0)
+    explain(Fed(log.runs, log.nuisance, (effect("sine"), effect("bend"))), seed=1)
+    assert len(gains) > 1 and gains[0] == 0.0 and all(gain > 0.0 for gain in gains[1:])

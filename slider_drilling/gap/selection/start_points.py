@@ -121,8 +121,10 @@ def race_entries(
                 arms.append(_joint_arm(known, effects, by_name, point))
     if len(conditional) > 1:
         arms += _grid_arms(state, conditional)
+    bases = {point.mode: point.base for point in start_points if point.calibrated}
     for effects in coupled:
-        arms += _global_arms(state.modes[0], start_points[0].base, known, effects)
+        for mode, base in bases.items():
+            arms += _global_arms(state, mode, base, known, effects)
     return arms, predicted_gain
 
 
@@ -179,11 +181,15 @@ def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     return arms
 
 
-def _global_arms(problem: Problem, calibrated: Fit, known: Sequence[Effect], effects: Sequence[Effect]) -> list[Arm]:
-    """Arms of several effects together, from a global search.
+def _global_arms(
+    state: SearchState, mode: int, calibrated: Fit, known: Sequence[Effect], effects: Sequence[Effect]
+) -> list[Arm]:
+    """Arms of several effects together, from a global search in one simulation mode.
 
-    While one of the effects is missing the phase is off, so that no scan of a single effect leads there.
+    While one of the effects is missing the phase is off, so that no scan of a single effect leads there. Fed back, a
+    simulation keeps the phase where a free run has lost it, and the search sees the way to an optimum.
     """
+    problem = state.modes[mode]
     spans = {parameter.name: plausible_range(parameter) for parameter in calibrated.parameters}
     for effect in effects:
         for index, parameter in enumerate(effect.parameters):
@@ -192,4 +198,4 @@ def _global_arms(problem: Problem, calibrated: Fit, known: Sequence[Effect], eff
             spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
     fine = problem.at_fidelity_of((*known, *effects))
     starts = global_search(problem, fine, spans, calibrated.values, seed=1)
-    return [Arm((*known, *effects), 0, values, None) for values in starts]
+    return [Arm((*known, *effects), mode, values, None) for values in starts]
