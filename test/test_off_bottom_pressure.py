@@ -7,7 +7,8 @@ import pytest
 from short_well import short_rig
 
 from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis.build_model import BIT_TORQUE_WANDER, FRICTION_WANDER, build_model, channel_wander
+from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.channel_wander import BIT_TORQUE_WANDER, FRICTION_WANDER, channel_wander
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap.model import Channel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
 from slider_drilling.diagnosis.catalogue import catalogue, static_aging_with_slip_distance
+from slider_drilling.diagnosis.channel_wander import channel_wander
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
 from slider_drilling.diagnosis.drilling_programmes import surface_channels
 from slider_drilling.diagnosis.hook_load_lines import tool_frequencies, wave_periods
@@ -17,26 +17,17 @@ from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_paramete
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, check_user_effects, checked_effect
-from slider_drilling.drillstring import Commands
 from slider_drilling.effects import EFFECTS
 from slider_drilling.effects.drives_and_bit import AXIAL_OSCILLATION_TOOL
 from slider_drilling.errors import InputError
-from slider_drilling.gap.model import Channel, Effect, LoggedRun, Parameter
+from slider_drilling.gap.model import Effect, LoggedRun, Parameter
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
-from slider_drilling.log_inputs.off_bottom_pressure import off_bottom_factor, pump_runs
 from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
-from slider_drilling.log_inputs.steady_rotation import rotates_steadily
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
-from slider_drilling.wellbore.static_loads import static_loads
 
-# Shares by which numbers of a rig wander that does not change, with the rock, the cuttings and the depth of cut:
-# friction, and the bit's torque per weight, which nothing but the motor's pressure shows.
-FRICTION_WANDER, BIT_TORQUE_WANDER = 0.01, 0.02
-# Noise levels of the motor's pressure above which the bit carries weight: the lowest of a log is two below its mean.
-DRILLS = 5.0
 # Effects that show only together in stick-slip: the drive's own torque, and friction that falls with speed and grows
 # at rest.
 STICK_SLIP_EFFECTS = ("torque_at_motor", "stribeck", "static_aging")
@@ -171,39 +162,6 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
         log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig),
         "the top drive's angle", "rad",
     )  # fmt: skip
-
-
-def channel_wander(channel: Channel, rig: Rig, commands: Commands) -> float:
-    """RMS by which a channel wanders, in its unit, because friction and the bit's torque do.
-
-    Args:
-        channel: What was measured.
-        rig: The rig file.
-        commands: What drove the rig.
-    """
-    if channel.time.size == 0 or channel.name not in ("surface_torque", "standpipe_pressure"):
-        return 0.0
-    if channel.name == "surface_torque":
-        return FRICTION_WANDER * float(np.sqrt(np.mean(channel.measured**2)))
-    circulation = rig.circulation_at(np.interp(channel.time, commands.time, commands.pump_speed))
-    running = pump_runs(circulation)
-    if not running.any():
-        return 0.0
-    pressure, circulation = channel.measured[running], circulation[running]
-    # A bit that is never off bottom shows more than circulation needs.
-    of_motor = np.maximum(pressure - min(off_bottom_factor(pressure, circulation), 1.0) * circulation, 0.0)
-    drills = of_motor > DRILLS * (channel.declared_noise or 0.0)
-    of_weight = FRICTION_WANDER * _friction_along_string(rig, commands) * rig.bit.lever / rig.motor.torque_per_pressure
-    return math.hypot(
-        BIT_TORQUE_WANDER * float(np.sqrt(np.mean(of_motor**2))), of_weight * math.sqrt(float(np.mean(drills)))
-    )
-
-
-def _friction_along_string(rig: Rig, commands: Commands) -> float:
-    """RMS, N, of the friction that keeps weight from the bit: that of a lowered string, none while it rotates."""
-    drag = static_loads(rig, rotation_speed=1.0).hook_load - static_loads(rig, axial_speed=1.0).hook_load
-    slides = ~rotates_steadily(commands.time, commands.top_drive_speed)
-    return drag * math.sqrt(float(np.mean(slides)))
 
 
 def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
