@@ -32,7 +32,7 @@ def answer(verdict="unknown", effects=(), asked=ASKED):
         {"effects": [], "weight": 0.3, "parameters": {}, "fidelity": 0},
     ]
     return {"schema": "slider_drilling/diagnosis/3", "log": "log", "verdict": verdict, "effects": list(effects),
-            "summary": "So it is.", "next_manoeuvre": asked, "explanations": explanations}  # fmt: skip
+            "summary": "So it is.", "next_manoeuvre": asked, "explanations": explanations, "ranking": []}  # fmt: skip
 
 
 @pytest.fixture
@@ -117,6 +117,27 @@ def test_rare_explanations_share_the_last_colour():
     bars = {bar.name: bar.y[0] for bar in chart.panels[0].marks}
     assert list(bars) == [*names[:7], "others"]
     assert bars["others"] == pytest.approx(0.06)
+
+
+def test_likeliest_explanation_that_is_not_named_says_why():
+    tree = answer() | {
+        "effects": [], "explanations": [{"effects": ["static_aging"], "weight": 0.9}, {"effects": [], "weight": 0.1}],
+        "ranking": [{"effect": "static_aging", "why_not": ["too small"]}],
+    }  # fmt: skip
+    assert "not named: static aging (too small)." in page_text(Investigation((Round(1, tree),), "so"))
+    named = tree | {"effects": ["static_aging"]}
+    assert "not named" not in page_text(Investigation((Round(1, named),), "so"))
+
+
+def page_text(investigation):
+    return page_html(belief_page(investigation, short_rig()), SI)
+
+
+def test_seal_is_opened_at_the_end():
+    done = Investigation((Round(1, answer()),), "so", sealed=(("cuttings_bed", 1.52),))
+    assert "with its size in the first log: cuttings bed (1.5 noise floors)." in page_text(done)
+    assert investigation_json(done)["sealed"] == [{"effect": "cuttings_bed", "size": 1.52}]
+    assert investigation_json(replace(done, sealed=None))["sealed"] is None
 
 
 def planned_run(seconds, loss, used):

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,6 @@ from slider_drilling.commands.options import SEED, json_option, units_option_wit
 
 if TYPE_CHECKING:
     from slider_drilling.investigation.loop import Investigation, Recorder
-    from slider_drilling.rig import Rig
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -81,6 +81,7 @@ def command(
     from slider_drilling.errors import InputError
     from slider_drilling.investigation.belief_page import belief_page, investigation_json
     from slider_drilling.investigation.loop import InvestigationOptions, investigate
+    from slider_drilling.investigation.sealed_source import opened, sealed_recorder, sealed_rig
     from slider_drilling.test_planning.drilling_plan import PlanTestOptions
 
     if drive_rig and where != "ros":
@@ -94,11 +95,14 @@ def command(
     rig = load_rig(rig_path)
     folder = output if where in ("sealed", "ros") else Path(where)
     driven = namespace if drive_rig else None
-    record = _recorder(where, rig, rig_path, (sealed_effects, size, seed), effects, driven, wait)
+    sealed = sealed_rig(rig, sealed_effects, size, seed) if where == "sealed" else None
+    record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait)
     plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
     options = InvestigationOptions(rounds, not plan_first, plan, seed)
     with progress_stages() as report:
         found = investigate(folder, rig, record, options, units, report)
+    if sealed is not None:
+        found = replace(found, sealed=opened(sealed))
     page, tree = folder / "investigation.html", folder / "investigation.json"
 
     def write() -> tuple[Path, ...]:
@@ -114,14 +118,11 @@ def command(
 
 
 def _recorder(
-    where: str, rig: Rig, rig_path: Path, sealed: tuple[tuple[str, ...], float, int], effects: tuple[str, ...],
-    driven: str | None, wait: float,
-) -> Recorder:  # fmt: skip
-    """Runs a programme on what the user has named."""
-    from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
+    where: str, rig_path: Path, effects: tuple[str, ...], driven: str | None, wait: float
+) -> Recorder:
+    """Runs a programme on a rig behind topics, or waits until somebody has run it."""
+    from slider_drilling.investigation.sealed_source import folder_recorder
 
-    if where == "sealed":
-        return sealed_recorder(sealed_rig(rig, *sealed))
     if where == "ros":
         return lambda number, programme, log: run_on_ros(rig_path, programme, log, effects, driven)
     if wait <= 0.0:
@@ -179,8 +180,11 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
 
 def _print(found: Investigation) -> None:
     from slider_drilling.console.streams import stdout
+    from slider_drilling.investigation.belief_page import sealed_sentence
 
     for each in found.rounds:
         names = ", ".join(each.diagnosis["effects"]) or "no name"
         stdout().print(f"after log {each.number}: {each.diagnosis['verdict']}: {names}")
     stdout().print(found.ending)
+    if found.sealed is not None:
+        stdout().print(sealed_sentence(found.sealed))

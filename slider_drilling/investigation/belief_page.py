@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,18 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
     text = f"{investigation.ending[:1].upper()}{investigation.ending[1:]}."
     if last is not None:
         text = f"{last['summary']} {text}"
+    if investigation.sealed is not None:
+        text = f"{text} {sealed_sentence(investigation.sealed)}"
     tone = VERDICT_TONES.get(last["verdict"], "bad") if last is not None else "plain"
     label = "waits for a log" if investigation.waits_for is not None else "investigation"
     return Page("Investigation", well_name(rig), tuple(sections), (("logs", str(len(rounds))),),
                 Headline(text, tone, label))  # fmt: skip
+
+
+def sealed_sentence(sealed: Sequence[tuple[str, float]]) -> str:
+    """What was hidden in a sealed rig, in one sentence."""
+    hidden = " and ".join(f"{name.replace('_', ' ')} ({size:.1f} noise floors)" for name, size in sealed)
+    return f"Hidden in the sealed rig, with its size in the first log: {hidden}."
 
 
 def _rounds_table(rounds: tuple[Round, ...]) -> Table:
@@ -76,7 +85,22 @@ def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
         marks.append(Bars(name, places, weights, base=base.copy()))
         base = base + weights
     text = "The probability of each explanation that was fitted, by how well it predicts held-out data."
-    return (text, Chart("Explanations", "", (Panel("probability", tuple(marks), limits=(0.0, 1.02)),)))
+    chart = Chart("Explanations", "", (Panel("probability", tuple(marks), limits=(0.0, 1.02)),))
+    return (text, chart, *(why for each in rounds if (why := _why_unnamed(each))))
+
+
+def _why_unnamed(done: Round) -> str:
+    """Why the effects of the likeliest explanation were not all named, in one sentence; empty if they were."""
+    answer = done.diagnosis
+    if not answer["explanations"]:
+        return ""
+    likeliest = max(answer["explanations"], key=lambda each: each["weight"])
+    reasons = {row["effect"]: row["why_not"] for row in answer["ranking"]}
+    said = [
+        f"{name.replace('_', ' ')} ({'; '.join(reasons[name])})"
+        for name in likeliest["effects"] if name not in answer["effects"] and reasons.get(name)
+    ]  # fmt: skip
+    return f"Likeliest after log {done.number}, and not named: {', '.join(said)}." if said else ""
 
 
 def _name(explanation: dict[str, Any]) -> str:
@@ -112,6 +136,9 @@ def investigation_json(investigation: Investigation) -> dict[str, Any]:
         "schema": SCHEMA,
         "ending": investigation.ending,
         "waits_for": None if waits is None else str(waits),
+        "sealed": None if investigation.sealed is None else [
+            {"effect": name, "size": size} for name, size in investigation.sealed
+        ],
         "rounds": [
             {"number": each.number, "verdict": each.diagnosis["verdict"], "effects": each.diagnosis["effects"],
              "explanations": each.diagnosis["explanations"], "open_before": each.open_before,

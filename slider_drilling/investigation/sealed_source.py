@@ -50,6 +50,11 @@ def sealed_recorder(sealed: SealedRig) -> Recorder:
     return record
 
 
+def opened(sealed: SealedRig) -> tuple[tuple[str, float], ...]:
+    """What was hidden in a sealed rig, see `Investigation.sealed`."""
+    return tuple((law.name, size) for law, size in zip(sealed.laws, sealed.sizes, strict=True))
+
+
 def folder_recorder(number: int, programme: Path, log: Path) -> bool:
     """Somebody else runs the programmes: the log is there or it is not."""
     return log.is_file()
