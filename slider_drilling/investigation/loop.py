@@ -65,8 +65,8 @@ class Investigation:
         rounds: The rounds so far.
         ending: Why it ended, in words; where it waits for a log, what to do.
         waits_for: Path of the log that it waits for; None if it ended.
-        sealed: Of a sealed rig, when it has ended: each effect that was hidden in it, and the size (noise floors) that it
-            reaches alone in the first log; None where nobody knows.
+        sealed: Of a sealed rig, when it has ended: each effect that was hidden in it, and the size (noise floors) that
+            it reaches alone in the first log; None where nobody knows.
     """
 
     rounds: tuple[Round, ...]
