@@ -16,7 +16,8 @@ from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.diagnosis import build_model
 from slider_drilling.diagnosis.baseline import fit_baseline
-from slider_drilling.diagnosis.change_answer import ChangedParameter, changed_beside
+from slider_drilling.diagnosis.change_answer import ChangedParameter
+from slider_drilling.diagnosis.change_search import changed_beside, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
@@ -187,3 +188,8 @@ def _fitted(**values):
 def test_name_that_needs_another_change_is_none(moved, alone, beside):
     tried = SimpleNamespace(fit=_fitted(friction_1=moved))
     assert changed_beside(tried, _fitted(friction_1=alone)) == beside
+
+
+@pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])
+def test_numbers_within_their_wander_are_no_change(moved, wandered):
+    assert only_wandered(_fitted(friction_1=moved)) == wandered

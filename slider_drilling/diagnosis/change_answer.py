@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange
+from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, changed_beside, only_wandered
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
 from slider_drilling.gap.model import Array
@@ -24,8 +24,6 @@ _SAME_GAIN, _SAME_SHARE = 12.0, 0.2
 # E that a named change may leave, relative to calibration without it; and share of the difference that it explains at
 # least.
 _NO_WORSE, _MIN_EXPLAINED = 1.05, 0.7
-# Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it.
-_WANDERED = 3.0
 # Names that one answer may hold together. More say only that something is different.
 _MAX_GROUP = 3
 # E, in units of what the baseline left, up to which a log is as the baseline was.
@@ -153,6 +151,8 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
     if tried.gain < MIN_EVIDENCE:
         return "explains no more than chance and the model's own error may"
+    if only_wandered(search.calibrated) and largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE:
+        return "calibrated numbers that have moved no farther than they wander explain the difference, too"
     if not tried.effect.is_physical(tried.fit.values):
         return f"its fitted value is not physical: it would be {tried.effect.nonphysical}"
     if not is_meant(tried):
@@ -163,19 +163,6 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
     beside = changed_beside(tried, search.calibrated)
     return f"explains the difference only if {beside} has changed too" if beside else ""
-
-
-def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
-    """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
-    for parameter in calibrated.parameters:
-        if "@" in parameter.name or parameter.name not in tried.fit.values:
-            continue
-        moved, alone = (
-            abs(each.values[parameter.name] - parameter.nominal) / parameter.spread for each in (tried.fit, calibrated)
-        )
-        if moved > max(_WANDERED, alone + 1.0):
-            return parameter.name
-    return ""
 
 
 def is_meant(tried: TriedChange) -> bool:

@@ -11,7 +11,7 @@ from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.rig_changes import changes_of_number
 from slider_drilling.diagnosis.usual_error import usual_gap
-from slider_drilling.gap.model import Effect, Values
+from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
@@ -22,6 +22,9 @@ _FITTED, _FROM_TWO_STARTS = 6, 3
 _BOTH_SHAPES = 2  # of the best candidates are fitted as a step and as a ramp
 _MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
 _TWISTS = (0.0, -4.0)  # rad, of the string at the start
+# Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
+# the share of its gain that a candidate keeps within them, if it needs none.
+_WANDERED, _KEPT = 3.0, 0.8
 
 
 @dataclass(frozen=True)
@@ -93,8 +96,54 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
             (each, _fit_change(problem, calibrated, other, not each.growing, False, baseline.chance_gains)),
             key=lambda one: one.gain,
         )
-    tried.sort(key=lambda each: -each.gain)
+    tried = sorted((within_wander(each, calibrated) for each in tried), key=lambda each: -each.gain)
     return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def only_wandered(calibrated: Fit) -> bool:
+    """Whether no calibrated number is farther from the baseline than it wanders."""
+    return all(
+        abs(calibrated.values[each.name] - each.nominal) <= _WANDERED * each.spread
+        for each in calibrated.parameters if "@" not in each.name
+    )  # fmt: skip
+
+
+def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
+    """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
+    values = tried.fit.values
+    for parameter in calibrated.parameters:
+        if "@" in parameter.name or parameter.name not in values:
+            continue
+        if abs(values[parameter.name] - parameter.nominal) > 1.001 * _farthest(parameter, calibrated):
+            return parameter.name
+    return ""
+
+
+def _farthest(parameter: Parameter, calibrated: Fit) -> float:
+    """How far from the baseline a calibrated number may be beside a candidate."""
+    alone = abs(calibrated.values[parameter.name] - parameter.nominal)
+    return max(_WANDERED * parameter.spread, alone + parameter.spread)
+
+
+def within_wander(tried: TriedChange, calibrated: Fit) -> TriedChange:
+    """The candidate with calibrated numbers no farther off than they wander, where it explains nearly as much so.
+
+    A fit may push a number farther for little: that does not mean that the candidate needs it.
+    """
+    if not changed_beside(tried, calibrated):
+        return tried
+    narrow = []
+    for parameter in tried.fit.parameters:
+        if parameter.name in calibrated.values and "@" not in parameter.name and "." not in parameter.name:
+            span = _farthest(parameter, calibrated)
+            low, high = max(parameter.lower, parameter.nominal - span), min(parameter.upper, parameter.nominal + span)
+            narrow.append(replace(parameter, lower=low, upper=high))
+        else:
+            narrow.append(parameter)
+    start = {each.name: float(np.clip(tried.fit.values[each.name], each.lower, each.upper)) for each in narrow}
+    found = fit(tried.problem, narrow, tried.fit.values | start)
+    gain = tried.gain + tried.fit.cost - found.cost
+    return replace(tried, fit=found, gain=gain) if gain >= _KEPT * tried.gain else tried
 
 
 def _moved_numbers(calibrated: Fit, model: ChangedString) -> list[ScreenedEffect]:

@@ -1,0 +1,28 @@
+"""A change that needs no second one beside it may be named, however far a free fit moves the rest."""
+
+from dataclasses import replace
+
+import pytest
+from toy import EFFECTS, toy
+
+from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, within_wander
+from slider_drilling.gap.model import Parameter
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+
+
+@pytest.mark.parametrize(("sine", "within"), [(4.0, True), (0.3, False)])
+def test_number_that_a_fit_moves_for_little_is_no_second_change(sine, within):
+    """The level is 1.2 in both logs, farther than it wanders: beside a large change that hardly matters."""
+    level = Parameter("level", 0.0, -50.0, 50.0, 0.3, "N", spread=0.2)
+    log = toy({"level": 1.2, "sine": sine}, seed=1)
+    problem = build_problem(replace(log, nuisance=(level,)), [{"force": 1.0}])
+    effect = next(each for each in EFFECTS if each.name == "sine")
+    calibrated = fit(problem, [replace(level, spread=0.01)], {"level": 0.0}, iterations=0)
+    calibrated = replace(calibrated, parameters=(level,))
+    found = fit(problem, [level, *effect.parameters], {})
+    tried = TriedChange(effect, False, problem, found, calibrated.cost - found.cost)
+    assert changed_beside(tried, calibrated) == "level"
+    limited = within_wander(tried, calibrated)
+    assert (changed_beside(limited, calibrated) == "") == within
+    assert abs(limited.fit.values["sine"] - sine) < 0.3 and limited.gain <= tried.gain + 1e-6
