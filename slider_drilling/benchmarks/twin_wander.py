@@ -3,14 +3,17 @@
     python -m slider_drilling.benchmarks.twin_wander LOG ...
 
 The twin runs over slides in which nothing begins, such as those of `slider-drilling watch --campaign 36 --seed 7003
---begins none --no-diagnose`. Every feature's numbers are those of maximum likelihood, the slides being independent.
+--begins none --no-diagnose`. Every feature's numbers are those of maximum likelihood, the slides being independent. A
+threshold needs slides that the numbers were not fitted to: each half of the slides is judged by the numbers of the
+other. What the largest evidence of a slide exceeds in 24 h once in ten times is extrapolated from the slides where it
+is largest, as an exponential tail.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +22,15 @@ from scipy.optimize import minimize
 
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.twin import Twin, TwinSettings
-from slider_drilling.twin.change_statistic import PRIOR_FREEDOM, FeatureSeries, Uncertainty, Wander, covariance
-from slider_drilling.twin.detector import ChangeDetector
+from slider_drilling.twin.change_statistic import (
+    PRIOR_FREEDOM,
+    FeatureSeries,
+    Uncertainty,
+    Wander,
+    covariance,
+    likeliest_change,
+)
+from slider_drilling.twin.detector import Alarm, ChangeDetector
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.wander import WANDERS
 from slider_drilling.twin.watch import reports_of
@@ -33,6 +43,9 @@ _FITTED = {
 }  # fmt: skip
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
 _MIN_VALUES = 20
+_ALARMS_A_DAY = 0.1  # of one feature
+_TAIL = 1.0 / 3.0  # of the slides, whose largest evidence shows its tail
+_EVERY = 3  # values after which a slide is judged again
 
 Slide = tuple[FeatureSeries, Uncertainty]
 
@@ -62,13 +75,50 @@ def fit_wander(slides: Sequence[Slide], start: Wander) -> Wander:
     return at(found.x)
 
 
+class _NeverAlarmed(Twin):
+    """A twin that only watches: after an alarm it would forget what was before."""
+
+    def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
+        pass
+
+
 def watched(log: RigLog) -> ChangeDetector | None:
     """The twin's detector after a log; None where the twin never learnt its rig."""
-    twin = Twin(log.rig(), TwinSettings(forecast=0.0))
+    twin = _NeverAlarmed(log.rig(), TwinSettings(forecast=0.0))
     for _ in reports_of(twin, LogFeed(log)):
         pass
     twin.close()
     return twin.detector
+
+
+def largest_evidence(slide: Slide, wander: Wander) -> tuple[float, float]:
+    """The largest evidence for a change worth a detection while the values of a slide come in.
+
+    Returns:
+        For changes that began during work, and for those that may have begun during an operation or soon after it.
+    """
+    series, uncertain = slide
+    largest = [0.0, 0.0]
+    for count in range(_MIN_VALUES, series.time.size + 1, _EVERY):
+        so_far = FeatureSeries(**{field.name: getattr(series, field.name)[:count] for field in fields(FeatureSeries)})
+        change = likeliest_change(so_far, uncertain, wander)
+        if change is not None and abs(change.size) >= wander.smallest:
+            largest[change.after_operation] = max(largest[change.after_operation], change.evidence)
+    return largest[0], largest[1]
+
+
+def threshold(largest: Sequence[float], hours: float) -> float:
+    """Evidence that all slides together exceed so often as `_ALARMS_A_DAY`.
+
+    Args:
+        largest: Of each slide.
+        hours: Of all slides.
+    """
+    ordered = np.sort(np.array(largest))[::-1]
+    tail = max(round(_TAIL * ordered.size), 2)
+    base = float(ordered[tail - 1])
+    scale = max(float(np.mean(ordered[: tail - 1] - base)), 1.0)  # of white noise it would be 1
+    return base + scale * float(np.log(tail / (_ALARMS_A_DAY * hours / 24.0)))
 
 
 def main(paths: Sequence[str]) -> None:
@@ -80,7 +130,16 @@ def main(paths: Sequence[str]) -> None:
             and (series := each.series("rocking", channel, kind)).time.size >= _MIN_VALUES
         ]  # fmt: skip
         fitted = fit_wander(slides, wander)
-        print(channel, kind, len(slides), *(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED), flush=True)
+        hours = sum(float(series.time[-1] - series.time[0]) for series, _ in slides) / 3600.0
+        largest = []
+        for half in range(2):
+            others = fit_wander(slides[1 - half :: 2], wander)
+            largest += [largest_evidence(slide, others) for slide in slides[half::2]]
+        numbers = " ".join(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED)
+        print(channel, kind, len(slides), "slides", f"{hours:.1f} h", numbers, flush=True)
+        for when, evidence in zip(("during work", "after an operation"), zip(*largest, strict=True), strict=True):
+            highest = " ".join(f"{each:.1f}" for each in sorted(evidence)[-4:])
+            print(f"    {when}: threshold {threshold(evidence, hours):.1f}, largest {highest}", flush=True)
 
 
 if __name__ == "__main__":

@@ -27,9 +27,14 @@ _STEERING_S = 30.0  # after it
 _FLOW_CHANGE = 0.02  # of the flow
 _PUMP_ON = 0.3  # of the reference flow
 _LIFTED_M, _BLOCK_S = 0.05, 15  # by which a block picks up, m, and s over which it is averaged
-_IDLE = {"hardly loaded": "the bit is hardly loaded", "off bottom": "off bottom", "pump off": "pump off"}
+OFF_BOTTOM = "off bottom"
+"""Mode in which circulation alone is compared."""
+_IDLE = {"hardly loaded": "the bit is hardly loaded", OFF_BOTTOM: "off bottom", "pump off": "pump off"}
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _DEFAULT_WINDOW_S = 20.0
+_CIRCULATING_WINDOW_S, _CIRCULATING_AFTER_S = 10.0, 10.0  # of circulation alone, and after what came before it
+_LOWERED_M = 0.002  # in a second, by which the block is lowered: a bit off bottom may touch it any time
+_TOUCHED_S = 15.0  # before the plant's bit touches bottom, in which the rig's may have done so already
 _LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
 _LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
 _STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
@@ -51,6 +56,9 @@ class Activity:
         stretch: Number of the stretch of work.
         begun: s, when that began.
         comparable: Whether a window of one period belongs to the stretch alone, with the bit on bottom and the pump on.
+        circulating: Whether it belongs to circulation alone: off bottom, and the pump is steady.
+        circulation_known: Whether what circulation has shown can be judged: the block is not lowered, so that the bit
+            cannot touch bottom unseen, or work off bottom has just ended.
         valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
         load: Weight on bit over the last rocking period, of its largest.
         loading: How far the weight on bit has moved in the last minutes, of its largest; older changes fade.
@@ -65,6 +73,8 @@ class Activity:
     stretch: int
     begun: float
     comparable: bool
+    circulating: bool
+    circulation_known: bool
     valid_until: float
     load: float = 0.0
     loading: float = 0.0
@@ -116,6 +126,7 @@ class ActivityMonitor:
         self._flow: float | None = None
         self._blocks: deque[float] = deque(maxlen=_BLOCK_S)
         self._lowest = -np.inf  # m, lowest mean of the block so far, from which it is lifted
+        self._lowered_at = -np.inf
         self._unsettled = "the twin has just begun"
         self._unsettled_until: float | None = None
         self._mode = ""
@@ -142,17 +153,23 @@ class ActivityMonitor:
         self._follow_block(commands, now)
         self._follow_load(weight_on_bit, now)
         mode = self._present_mode(now)
+        ended = self._mode == OFF_BOTTOM != mode
         if mode != self._mode:
             self.disturb(now, _IDLE.get(mode, f"the rig is {mode}"))
             if mode in ("parked", "turning"):
                 self._valid_until = self._moved_at if mode == "parked" else self._turned_since
+            elif ended and mode != "pump off":
+                self._valid_until = now - _TOUCHED_S
             self._mode = mode
         self._follow_centre(commands, now)
         why = self._why_unsettled(mode, now)
         period = self._period()
         comparable = mode not in _IDLE and now - self._begun >= period + _FADING_S
+        after = _CIRCULATING_WINDOW_S + _CIRCULATING_AFTER_S
+        circulating = mode == OFF_BOTTOM and now - self._begun >= after
         return Activity(
-            mode, not why, why, period, self._stretch, self._begun, comparable, self._valid_until,
+            mode, not why, why, period, self._stretch, self._begun, comparable, circulating,
+            ended or (circulating and now - self._lowered_at >= after), self._valid_until,
             self._load, self._loading.remembered, self._steering.total, self._swing,
         )  # fmt: skip
 
@@ -218,6 +235,8 @@ class ActivityMonitor:
     def _follow_block(self, commands: Commands, now: float) -> None:
         """Notice a pick-up: the block goes up for longer than a wave or a stroke lifts it."""
         self._blocks.append(float(np.mean(commands.block_position)))
+        if commands.block_position[-1] - commands.block_position[0] > _LOWERED_M:
+            self._lowered_at = now
         block = float(np.mean(self._blocks))
         if block < self._lowest - _LIFTED_M:
             self.disturb(now, "the string was picked up")
@@ -252,7 +271,7 @@ class ActivityMonitor:
         if self._flow is not None and self._flow < _PUMP_ON:
             return "pump off"
         if self._off_bottom(now):
-            return "off bottom"
+            return OFF_BOTTOM
         if self._light:
             return "hardly loaded"
         if now - self._moved_at > _PARKED_S:
@@ -262,6 +281,8 @@ class ActivityMonitor:
         return "rocking"
 
     def _period(self) -> float:
+        if self._mode == OFF_BOTTOM:
+            return _CIRCULATING_WINDOW_S
         if self._mode != "rocking" or len(self._reversals) < 3:
             return _DEFAULT_WINDOW_S
         strokes = np.diff(np.array(self._reversals))

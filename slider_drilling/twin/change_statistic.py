@@ -23,8 +23,8 @@ PRIOR_FREEDOM = 20.0
 _LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
-_MIN_BEFORE = 12  # values before a change
 _LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
+_RELAXING_S = 150.0  # after an operation, in which what it left still relaxes
 _SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
 
@@ -48,8 +48,10 @@ class Wander:
         settling: s, memory of that.
         steered: Of what stays when the centre of the rocking has moved by 1 rad.
         swung: Of what a swing of the drive has of its own, beside other swings.
-        threshold: Evidence that rigs without a change do not reach.
+        threshold: Evidence that rigs without a change do not reach, for a change that began during work.
+        after_operation: The same, for one that may have begun during an operation, or soon after it.
         smallest: Change that is worth a detection.
+        before: Values that are needed before a change.
     """
 
     short: float
@@ -67,7 +69,14 @@ class Wander:
     steered: float
     swung: float
     threshold: float
+    after_operation: float
     smallest: float
+    before: int = 12
+
+    def exceeded_by(self, change: FeatureChange) -> bool:
+        """Whether a change is more than happens without one, and worth a detection."""
+        needed = self.after_operation if change.after_operation else self.threshold
+        return change.evidence >= needed and abs(change.size) >= self.smallest
 
 
 @dataclass(frozen=True)
@@ -120,6 +129,7 @@ class FeatureChange:
         interval: s, 95 % interval of `since`.
         kind: ``step`` or ``ramp``.
         size: The largest so far, noise levels, signed.
+        after_operation: Whether it may have begun during an operation or soon after it, and needs more evidence.
     """
 
     evidence: float
@@ -127,6 +137,7 @@ class FeatureChange:
     interval: tuple[float, float]
     kind: str
     size: float
+    after_operation: bool = False
 
 
 def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:
@@ -137,7 +148,7 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
         uncertain: Parameters of the plant.
         wander: How the feature moves without a change.
     """
-    begins = _begins(series.time)
+    begins = _begins(series.time, wander.before)
     if not begins.size:
         return None
     factor = np.linalg.cholesky(covariance(series, uncertain, wander))
@@ -154,10 +165,18 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
     low, since, high = _quantiles(onsets, evidence)
     shape = size[best] * shapes[:, best]
     kind = "ramp" if begins.size <= best < 2 * begins.size else "step"
+    interval = (low - _RESOLUTION_S, high + _RESOLUTION_S)
     return FeatureChange(
-        float(evidence[best]), since, (low - _RESOLUTION_S, high + _RESOLUTION_S), kind,
-        float(shape[np.argmax(np.abs(shape))]),
+        float(evidence[best]), since, interval, kind, float(shape[np.argmax(np.abs(shape))]),
+        _after_operation(series, interval),
     )  # fmt: skip
+
+
+def _after_operation(series: FeatureSeries, interval: tuple[float, float]) -> bool:
+    """Whether an interval meets what lies between two stretches of work, or the first minutes of the later one."""
+    last = np.flatnonzero(np.diff(series.stretch))  # values before such a gap
+    ended, relaxed = series.time[last], series.begun[last + 1] + _RELAXING_S
+    return bool(np.any((interval[0] < relaxed) & (interval[1] > ended)))
 
 
 def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Array:
@@ -189,11 +208,11 @@ def _random_walk(travel: Array) -> Array:
     return np.minimum.outer(travel, travel) - travel[0]
 
 
-def _begins(time: Array) -> Array:
+def _begins(time: Array, before: int) -> Array:
     """Times at which a change may have begun: an even grid that is finer in the last minutes."""
-    if time.size <= _MIN_BEFORE:
+    if time.size <= before:
         return np.empty(0)
-    first, last = time[_MIN_BEFORE - 1], time[-1] - _LATEST_S
+    first, last = time[before - 1], time[-1] - _LATEST_S
     grid = last - _RESOLUTION_S * np.arange(max(np.floor((last - first) / _RESOLUTION_S), -1.0) + 1.0)
     old = grid < time[-1] - _RECENT_S
     return np.asarray(np.concatenate([grid[~old], grid[old][::_THINNED]])[::-1])

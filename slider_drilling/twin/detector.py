@@ -12,7 +12,7 @@ from slider_drilling.twin.activity import Activity
 from slider_drilling.twin.change_statistic import FeatureChange, FeatureSeries, Uncertainty, likeliest_change
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
-from slider_drilling.twin.wander import WANDERS
+from slider_drilling.twin.wander import wander_of
 
 MEMORY_S = 1800.0
 _SEEN_LATER_S = 10.0
@@ -70,10 +70,10 @@ class ChangeDetector:
             while series and series[-1].time > activity.valid_until:
                 series.pop()
                 self._shown_since.pop(key, None)
-        if not activity.comparable:
+        if not activity.comparable and not activity.circulating:
             return
         for feature in found:
-            if (feature.channel, feature.kind) not in WANDERS:
+            if wander_of(activity.mode, feature.channel, feature.kind) is None:
                 continue
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
@@ -95,9 +95,10 @@ class ChangeDetector:
 
     def change(self, mode: str, channel: str, kind: str) -> FeatureChange | None:
         """The likeliest change of one feature, whether or not it is significant."""
-        if not self._series[mode, channel, kind]:
+        wander = wander_of(mode, channel, kind)
+        if wander is None or not self._series[mode, channel, kind]:
             return None
-        return likeliest_change(self.series(mode, channel, kind), self.uncertain, WANDERS[channel, kind])
+        return likeliest_change(self.series(mode, channel, kind), self.uncertain, wander)
 
     def series(self, mode: str, channel: str, kind: str) -> FeatureSeries:
         """What is kept of a feature, one value or more."""
@@ -113,13 +114,18 @@ class ChangeDetector:
             steering=np.interp(later, series.time, series.steering),
         )  # fmt: skip
 
-    def test(self, mode: str, channel: str, kind: str) -> Alarm | None:
-        """An alarm if the feature has shown a change for some time, beyond what happens by chance."""
-        key, change, wander = (mode, channel, kind), self.change(mode, channel, kind), WANDERS[channel, kind]
-        if change is None or change.evidence < wander.threshold or abs(change.size) < wander.smallest:
+    def test(self, mode: str, channel: str, kind: str, complete: bool = False) -> Alarm | None:
+        """An alarm if the feature has shown a change for some time, beyond what happens by chance.
+
+        Args:
+            mode, channel, kind: Of the feature.
+            complete: Whether the stretch of work is over, and need not show it longer.
+        """
+        key, change, wander = (mode, channel, kind), self.change(mode, channel, kind), wander_of(mode, channel, kind)
+        if change is None or wander is None or not wander.exceeded_by(change):
             self._shown_since.pop(key, None)
             return None
         now = self._series[key][-1].time
-        if now - self._shown_since.setdefault(key, now) < _CONFIRMED_S:
+        if not complete and now - self._shown_since.setdefault(key, now) < _CONFIRMED_S:
             return None
         return Alarm(now, channel, kind, change)

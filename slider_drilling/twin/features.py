@@ -17,6 +17,7 @@ FEATURES = ("mean", "gain", "lag", "spread")
 _ROWS = {name: row for row, name in enumerate(COMPARED)}
 _MIN_SHARE = 0.5  # of a window's samples that must have been measured
 _LEAST_SPREAD = 0.05  # noise levels
+_LEAST_SHAPE = 1e-3  # noise levels
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def features(innovation: Array, expected: Array, sensitivity: Array, noise: dict
         known = np.isfinite(innovation[:, row])
         if known.sum() < max(_MIN_SHARE * known.size, 20):
             continue
-        shapes = _shapes(expected[:, row])[known]
+        shapes = _shapes(expected[:, row], _LEAST_SHAPE * sigma)[known]
         solve = np.linalg.pinv(shapes)
         coefficients = solve @ innovation[known, row] / sigma
         rest = innovation[known, row] / sigma - shapes @ coefficients
@@ -63,12 +64,15 @@ def features(innovation: Array, expected: Array, sensitivity: Array, noise: dict
     return found
 
 
-def _shapes(expected: Array) -> Array:
-    """(n, 3): one, the channel about its mean, and its slope, each with an RMS of 1."""
+def _shapes(expected: Array, least: float) -> Array:
+    """(n, 3): one, the channel about its mean, and its slope, each with an RMS of 1; 0 where that is below the least.
+
+    A channel that stands still differs from its mean by rounding alone: another column of ones.
+    """
     level = expected - expected.mean()
     slope = np.gradient(expected)
     columns = [np.ones_like(level)]
     for shape in (level, slope - slope.mean()):
         size = float(np.sqrt(np.mean(shape**2)))
-        columns.append(shape / size if size > 0.0 else np.zeros_like(shape))
+        columns.append(shape / size if size > least else np.zeros_like(shape))
     return np.stack(columns, axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +16,13 @@ from slider_drilling.errors import InputError
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
-from slider_drilling.twin.activity import Activity, ActivityMonitor
+from slider_drilling.twin.activity import OFF_BOTTOM, Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
 from slider_drilling.twin.change_statistic import Uncertainty
 from slider_drilling.twin.channels import CHANNELS, COMPARED, READING_RANGES, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
-from slider_drilling.twin.detector import ChangeDetector
+from slider_drilling.twin.detector import Alarm, ChangeDetector
 from slider_drilling.twin.diagnoser import Diagnoser
 from slider_drilling.twin.features import Feature, features
 from slider_drilling.twin.follower import Followed, Follower
@@ -247,15 +248,23 @@ class Twin:
             return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
             detector.add(now, activity, self._features(activity.period, now, learner.fixed))
-        testable = detector.watched(activity.mode) if activity.comparable else []
-        for channel, kind in testable[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]:
-            alarm = detector.test(activity.mode, channel, kind)
-            if alarm is not None and self._log.take(alarm):
-                self._changed = True
-                self._diagnoser.detected(self._log.detections[-1])
+        if activity.comparable:
+            watched = detector.watched(activity.mode)[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]
+            self._take_alarms(detector.test(activity.mode, channel, kind) for channel, kind in watched)
+        if activity.circulation_known:
+            ended = activity.mode != OFF_BOTTOM
+            watched = detector.watched(OFF_BOTTOM)
+            self._take_alarms(detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched)
         since = self._log.settled_change(now)
         if since is not None:
             detector.forget(since)
+
+    def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
+        """Turn alarms into detections, and ask about new ones."""
+        for alarm in alarms:
+            if alarm is not None and self._log.take(alarm):
+                self._changed = True
+                self._diagnoser.detected(self._log.detections[-1])
 
     def _features(self, period: float, now: float, values: Array) -> list[Feature]:
         end = now - self.settings.patience

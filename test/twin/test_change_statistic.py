@@ -5,9 +5,9 @@ import pytest
 
 from slider_drilling.benchmarks.twin_wander import fit_wander
 from slider_drilling.twin.change_statistic import FeatureSeries, Uncertainty, Wander, likeliest_change
-from slider_drilling.twin.wander import WANDERS, parameter_wanders
+from slider_drilling.twin.wander import WANDERS, parameter_wanders, wander_of
 
-_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 0.0, 0.0, 40.0, 0.0, 0.0, 12.0, 0.7)
+_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 0.0, 0.0, 40.0, 0.0, 0.0, 12.0, 12.0, 0.7)
 _KNOWN = Uncertainty(np.zeros((1, 1)), np.zeros((1, 1)))
 
 
@@ -80,6 +80,14 @@ def test_change_between_stretches_is_dated_by_them():
     assert 190.0 < change.interval[0] + 5.0 < 260.0 < change.since < 300.0 < change.interval[1] < 360.0
 
 
+def test_change_after_an_operation_needs_more_evidence():
+    series = _two_stretches(0)
+    during, after = (_change(series, size * _step(series, since)) for size, since in ((3.0, 520.0), (9.0, 320.0)))
+    assert not during.after_operation and after.after_operation
+    wander = replace(_WANDER, threshold=1.0, after_operation=1e9)
+    assert wander.exceeded_by(during) and not wander.exceeded_by(after)
+
+
 def _evidence(series, more, **wander):
     changed = likeliest_change(replace(series, value=series.value + more), _KNOWN, replace(_WANDER, **wander))
     return changed.evidence
@@ -137,7 +145,15 @@ def test_uncertain_parameter_explains_its_own_change():
 
 
 def test_too_few_values_say_nothing():
-    assert _change(_series(0, duration=60.0)) is None
+    short = _series(0, duration=60.0)
+    assert _change(short) is None
+    assert likeliest_change(short, _KNOWN, replace(_WANDER, before=2)) is not None
+
+
+def test_pressure_off_bottom_is_watched_more_closely_than_on_bottom():
+    on, off = (wander_of(mode, "standpipe_pressure", "mean") for mode in ("rocking", "off bottom"))
+    assert off.before < on.before and off.weighed == 0.0
+    assert wander_of("off bottom", "surface_torque", "mean") is None
 
 
 def test_every_channel_at_surface_is_watched():
