@@ -43,7 +43,7 @@ _FITTED = {
 }  # fmt: skip
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
 _MIN_VALUES = 20
-_ALARMS_A_DAY = 0.1  # of one feature
+_ALARMS_A_DAY = 0.05  # of one feature, during work or after operations
 _TAIL = 1.0 / 3.0  # of the slides, whose largest evidence shows its tail
 _EVERY = 3  # values after which a slide is judged again
 

@@ -32,8 +32,8 @@ OFF_BOTTOM = "off bottom"
 _IDLE = {"hardly loaded": "the bit is hardly loaded", OFF_BOTTOM: "off bottom", "pump off": "pump off"}
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _DEFAULT_WINDOW_S = 20.0
-_CIRCULATING_WINDOW_S, _CIRCULATING_AFTER_S = 10.0, 10.0  # of circulation alone, and after what came before it
-_LOWERED_M = 0.002  # in a second, by which the block is lowered: a bit off bottom may touch it any time
+_CIRCULATING_WINDOW_S, _CIRCULATING_AFTER_S = 8.0, 7.0  # of circulation alone, and after what came before it
+_MOVED_M = 0.002  # in a second, by which the block moves: a bit off bottom may touch it any time
 _TOUCHED_S = 15.0  # before the plant's bit touches bottom, in which the rig's may have done so already
 _LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
 _LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
@@ -57,7 +57,8 @@ class Activity:
         begun: s, when that began.
         comparable: Whether a window of one period belongs to the stretch alone, with the bit on bottom and the pump on.
         circulating: Whether it belongs to circulation alone: off bottom, and the pump is steady.
-        circulation_known: Whether what circulation has shown can be judged: the block is not lowered, so that the bit
+        hanging: Whether the string hangs still, too.
+        circulation_known: Whether what circulation has shown can be judged: the string hangs still, so that the bit
             cannot touch bottom unseen, or work off bottom has just ended.
         valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
         load: Weight on bit over the last rocking period, of its largest.
@@ -74,6 +75,7 @@ class Activity:
     begun: float
     comparable: bool
     circulating: bool
+    hanging: bool
     circulation_known: bool
     valid_until: float
     load: float = 0.0
@@ -126,7 +128,7 @@ class ActivityMonitor:
         self._flow: float | None = None
         self._blocks: deque[float] = deque(maxlen=_BLOCK_S)
         self._lowest = -np.inf  # m, lowest mean of the block so far, from which it is lifted
-        self._lowered_at = -np.inf
+        self._block_moved_at = -np.inf
         self._unsettled = "the twin has just begun"
         self._unsettled_until: float | None = None
         self._mode = ""
@@ -167,9 +169,10 @@ class ActivityMonitor:
         comparable = mode not in _IDLE and now - self._begun >= period + _FADING_S
         after = _CIRCULATING_WINDOW_S + _CIRCULATING_AFTER_S
         circulating = mode == OFF_BOTTOM and now - self._begun >= after
+        hanging = circulating and now - self._block_moved_at >= after
         return Activity(
-            mode, not why, why, period, self._stretch, self._begun, comparable, circulating,
-            ended or (circulating and now - self._lowered_at >= after), self._valid_until,
+            mode, not why, why, period, self._stretch, self._begun, comparable, circulating, hanging,
+            ended or hanging, self._valid_until,
             self._load, self._loading.remembered, self._steering.total, self._swing,
         )  # fmt: skip
 
@@ -235,8 +238,8 @@ class ActivityMonitor:
     def _follow_block(self, commands: Commands, now: float) -> None:
         """Notice a pick-up: the block goes up for longer than a wave or a stroke lifts it."""
         self._blocks.append(float(np.mean(commands.block_position)))
-        if commands.block_position[-1] - commands.block_position[0] > _LOWERED_M:
-            self._lowered_at = now
+        if abs(commands.block_position[-1] - commands.block_position[0]) > _MOVED_M:
+            self._block_moved_at = now
         block = float(np.mean(self._blocks))
         if block < self._lowest - _LIFTED_M:
             self.disturb(now, "the string was picked up")

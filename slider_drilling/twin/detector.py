@@ -73,7 +73,8 @@ class ChangeDetector:
         if not activity.comparable and not activity.circulating:
             return
         for feature in found:
-            if wander_of(activity.mode, feature.channel, feature.kind) is None:
+            moves_block = feature.channel == "hook_load" and activity.circulating and not activity.hanging
+            if wander_of(activity.mode, feature.channel, feature.kind) is None or moves_block:
                 continue
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
@@ -82,6 +83,20 @@ class ChangeDetector:
             ))  # fmt: skip
             while series[0].time < time - MEMORY_S:
                 series.popleft()
+
+    def recalibrated(self, moved: Array, uncertain: Uncertainty) -> ChangeDetector:
+        """The same values, as they would be with other parameters of the plant.
+
+        Args:
+            moved: By how much the parameters have moved, (p,).
+            uncertain: What is uncertain of them now.
+        """
+        detector = ChangeDetector(uncertain)
+        for key, series in self._series.items():
+            detector._series[key] = deque(
+                replace(each, value=each.value - float(each.sensitivity @ moved)) for each in series
+            )
+        return detector
 
     def forget(self, until: float) -> None:
         """Forget what was before a change, s: from now on the rig is compared with what it is since then."""

@@ -76,6 +76,7 @@ class Twin:
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
         self.detector: ChangeDetector | None = None
+        self._circulation: ChangeDetector | None = None  # before that: what circulation off bottom has shown
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
@@ -158,7 +159,7 @@ class Twin:
 
     def recalibrate(self) -> None:
         """Forget what was learnt of the rig, and learn it again from now on."""
-        self._learner = self.detector = None
+        self._learner = self.detector = self._circulation = None
         self._changed = False
         self._history.clear()
 
@@ -203,8 +204,7 @@ class Twin:
         activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.mean_weight)
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
             self._history.clear()
-            names = [parameter.name for parameter in self._parameters]
-            self.detector = ChangeDetector(Uncertainty(learner.covariance, parameter_wanders(names)))
+            self.detector = self._new_detector(learner)
         now = float(grid[-1])
         judged = learner.learnt and activity.comparable and not self._changed
         self._comparison.update(self._history, learner.values, now, judged)
@@ -244,7 +244,10 @@ class Twin:
     def _look_for_changes(self, activity: Activity, now: float) -> None:
         """Take the features of this second, test a part of them, and turn alarms into detections."""
         learner, detector = self._learner, self.detector
-        if learner is None or detector is None:
+        if learner is None:
+            return
+        if detector is None:
+            self._note_circulation(activity, now, learner)
             return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
             detector.add(now, activity, self._features(activity.period, now, learner.fixed))
@@ -258,6 +261,24 @@ class Twin:
         since = self._log.settled_change(now)
         if since is not None:
             detector.forget(since)
+
+    def _new_detector(self, learner: Learner) -> ChangeDetector:
+        """A detector that knows what circulation off bottom has shown while the rig was learnt."""
+        names = [parameter.name for parameter in self._parameters]
+        uncertain = Uncertainty(learner.covariance, parameter_wanders(names))
+        if self._circulation is None:
+            return ChangeDetector(uncertain)
+        nominal = np.array([parameter.nominal for parameter in self._parameters], dtype=float)
+        return self._circulation.recalibrated(learner.fixed - nominal, uncertain)
+
+    def _note_circulation(self, activity: Activity, now: float, learner: Learner) -> None:
+        """Keep what circulation off bottom shows before the rig is learnt: pressure needs no string for that."""
+        if self._circulation is None:
+            count = len(self._parameters)
+            self._circulation = ChangeDetector(Uncertainty(np.zeros((count, count)), np.zeros((count, 1))))
+        if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
+            found = self._features(activity.period, now, learner.fixed) if activity.circulating else []
+            self._circulation.add(now, replace(activity, comparable=False), found)
 
     def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
         """Turn alarms into detections, and ask about new ones."""

@@ -124,14 +124,19 @@ def test_work_is_comparable_before_it_is_calibrated(rig):
     assert found[245].comparable and not found[245].settled
 
 
+def _off_bottom(second):
+    return 0.0 if 100 <= second < 200 else 5e4
+
+
 def test_circulation_off_bottom_is_seen_until_the_bit_may_have_touched(rig):
-    found = _run(rig, _rocking, 300, weight=lambda s: 0.0 if 100 <= s < 200 else 5e4)
+    found = _run(rig, _rocking, 300, weight=_off_bottom)
     off = [index for index, activity in enumerate(found) if activity.circulating]
-    assert 120 <= off[0] <= 145 and off[-1] == 199 and found[198].circulation_known
+    assert 115 <= off[0] <= 145 and off[-1] == 199 and found[198].hanging and found[198].circulation_known
     assert found[200].circulation_known and not found[200].circulating
     assert found[200].valid_until == pytest.approx(186.0, abs=2.0)
 
 
 def test_circulation_is_judged_at_its_end_where_the_bit_is_lowered(rig):
-    found = _run(rig, _rocking, 300, block_speed=0.01, weight=lambda s: 0.0 if 100 <= s < 200 else 5e4)
+    found = _run(rig, _rocking, 300, block_speed=0.01, weight=_off_bottom)
+    assert not any(activity.hanging for activity in found)
     assert [index for index, activity in enumerate(found) if activity.circulation_known] == [200]

@@ -1,0 +1,55 @@
+from dataclasses import replace
+
+import numpy as np
+
+from slider_drilling.twin.activity import OFF_BOTTOM, Activity
+from slider_drilling.twin.change_statistic import Uncertainty
+from slider_drilling.twin.detector import ChangeDetector
+from slider_drilling.twin.features import Feature
+
+_PRESSURE = (OFF_BOTTOM, "standpipe_pressure", "mean")
+_OFF = Activity(OFF_BOTTOM, False, "off bottom", 8.0, 1, 0.0, False, True, True, True, np.inf)
+
+
+def _detector(levels):
+    """Off bottom twice, a minute each, at these pressures; the block is lowered at the end of each."""
+    detector = ChangeDetector(Uncertainty(np.zeros((1, 1)), np.zeros((1, 1))))
+    random = np.random.default_rng(0)
+    for stretch, level in enumerate(levels):
+        for second in range(0, 60, 5):
+            now = 600.0 * stretch + second
+            value = level + 0.1 * random.normal()
+            found = [Feature("standpipe_pressure", "mean", value, np.array([2.0])),
+                     Feature("hook_load", "spread", 0.0, np.zeros(1)),
+                     Feature("surface_torque", "mean", 0.0, np.zeros(1))]  # fmt: skip
+            detector.add(now, replace(_OFF, stretch=stretch, begun=600.0 * stretch, hanging=second < 30), found)
+    return detector
+
+
+def test_pressure_lost_between_two_stretches_off_bottom_is_a_change():
+    alarm = _detector([3.0, -17.0]).test(*_PRESSURE, complete=True)
+    assert alarm.kind == "mean" and alarm.change.after_operation
+    assert 55.0 < alarm.change.since < 600.0 and abs(alarm.change.size + 20.0) < 4.0
+
+
+def test_change_that_has_just_shown_waits_unless_the_stretch_is_over():
+    detector = _detector([3.0, -17.0])
+    assert detector.test(*_PRESSURE) is None
+    assert detector.test(*_PRESSURE, complete=True) is not None
+
+
+def test_warmer_mud_is_no_change():
+    assert _detector([3.0, -1.0]).test(*_PRESSURE, complete=True) is None
+
+
+def test_hook_load_is_watched_off_bottom_while_the_string_hangs_still():
+    detector = _detector([3.0])
+    assert set(detector.watched(OFF_BOTTOM)) == {("standpipe_pressure", "mean"), ("hook_load", "spread")}
+    assert detector.series(OFF_BOTTOM, "hook_load", "spread").time.size == 6
+
+
+def test_what_was_seen_before_calibration_counts_after_it():
+    before = _detector([3.0])
+    after = before.recalibrated(np.array([1.5]), before.uncertain)
+    moved = before.series(*_PRESSURE).value - after.series(*_PRESSURE).value
+    assert np.allclose(moved, 3.0)
