@@ -24,7 +24,6 @@ _LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
 _LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
-_RELAXING_S = 150.0  # after an operation, in which what it left still relaxes
 _SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
 
@@ -52,6 +51,7 @@ class Wander:
         after_operation: The same, for one that may have begun during an operation, or soon after it.
         smallest: Change that is worth a detection.
         before: Values that are needed before a change.
+        relaxing: s after an operation, in which what it left still relaxes.
     """
 
     short: float
@@ -72,6 +72,7 @@ class Wander:
     after_operation: float
     smallest: float
     before: int = 12
+    relaxing: float = 150.0
 
     def exceeded_by(self, change: FeatureChange) -> bool:
         """Whether a change is more than happens without one, and worth a detection."""
@@ -168,14 +169,14 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
     interval = (low - _RESOLUTION_S, high + _RESOLUTION_S)
     return FeatureChange(
         float(evidence[best]), since, interval, kind, float(shape[np.argmax(np.abs(shape))]),
-        _after_operation(series, interval),
+        _after_operation(series, interval, wander.relaxing),
     )  # fmt: skip
 
 
-def _after_operation(series: FeatureSeries, interval: tuple[float, float]) -> bool:
-    """Whether an interval meets what lies between two stretches of work, or the first minutes of the later one."""
+def _after_operation(series: FeatureSeries, interval: tuple[float, float], relaxing: float) -> bool:
+    """Whether an interval meets what lies between two stretches of work, or so many seconds of the later one."""
     last = np.flatnonzero(np.diff(series.stretch))  # values before such a gap
-    ended, relaxed = series.time[last], series.begun[last + 1] + _RELAXING_S
+    ended, relaxed = series.time[last], series.begun[last + 1] + relaxing
     return bool(np.any((interval[0] < relaxed) & (interval[1] > ended)))
 
 

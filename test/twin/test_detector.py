@@ -38,6 +38,16 @@ def test_change_that_has_just_shown_waits_unless_the_stretch_is_over():
     assert detector.test(*_PRESSURE, complete=True) is not None
 
 
+def test_bit_that_touches_bottom_before_the_twins_is_no_change():
+    """Within one stretch off bottom, the pressure may rise because the bit drills already."""
+    detector = _detector([3.0, 3.0])
+    touching = replace(_OFF, stretch=1, begun=600.0)
+    for second in range(60, 120, 5):
+        detector.add(600.0 + second, touching, [Feature("standpipe_pressure", "mean", 15.0, np.array([2.0]))])
+    assert detector.change(*_PRESSURE).evidence > 10.0
+    assert detector.test(*_PRESSURE, complete=True) is None
+
+
 def test_warmer_mud_is_no_change():
     assert _detector([3.0, -1.0]).test(*_PRESSURE, complete=True) is None
 
