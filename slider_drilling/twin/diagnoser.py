@@ -14,7 +14,7 @@ from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
 
-ASKED_AFTER_S = (20.0, 100.0, 220.0, 460.0)  # after a detection; each answer replaces the one before
+ASKED_AFTER_S = (20.0, 60.0, 110.0, 160.0, 300.0, 460.0)  # after a detection; each answer replaces the one before
 _RECENT_S = 300.0  # that are compared with what was before, where nothing was detected
 
 
