@@ -4,7 +4,7 @@ The numbers are in noise levels of the channel: those of maximum likelihood, rou
 foreign rigs, as long as nothing had begun (`slider_drilling.benchmarks.twin_wander` fits them to any slides). Only what
 a swing of the drive has of its own is set by hand, to what the largest changes of a swing have shown. The thresholds
 extrapolate the largest evidence of these slides, 17 h, to one false alarm in 24 h, all features together; none is below
-that evidence, nor below that of 30 more slides.
+that evidence, nor below that of 54 more slides.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ WANDERS = {
         0.099, 4.5, 0.024, 100, 0.005, 0.0066, 5.6, 8.9, np.inf, 0.1, 0.018, 46, 0.0082, 0.8, 13.5, 35.0, 0.15,
     ),
     ("hook_load", "mean"): Wander(
-        0.13, 4, 0.87, 2000, 0.99, 1.4, 2.1, 160, np.inf, 0.98, 0.27, 220, 0.02, 0.3, 24.0, 24.0, 1,
+        0.13, 4, 0.87, 2000, 0.99, 1.4, 2.1, 160, np.inf, 0.98, 0.27, 220, 0.02, 0.3, 32.0, 32.0, 1,
     ),
     ("hook_load", "gain"): Wander(
         0.16, 4, 0.005, 83, 0.005, 0.005, 0.067, 15, np.inf, 0.0079, 0.011, 78, 0.002, 0.4, 7.0, 9.5, 0.3,
