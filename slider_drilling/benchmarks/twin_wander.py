@@ -41,9 +41,11 @@ _FITTED = {
     "jump": (0.005, 10.0), "fresh": (0.01, 100.0), "fade": (8.0, 200.0),
     "weighed": (0.005, 20.0), "loaded": (0.005, 20.0), "settling": (5.0, 300.0), "steered": (0.002, 5.0),
 }  # fmt: skip
+BEGINNINGS = ("sudden", "gradual", "long_ago", "after_operation")
+"""How a change may begin (`slider_drilling.twin.change_statistic.FeatureChange`)."""
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
 _MIN_VALUES = 20
-_ALARMS_A_DAY = 0.05  # of one feature, during work or after operations
+_ALARMS_A_DAY = 0.025  # of one feature and one kind of beginning
 _TAIL = 1.0 / 3.0  # of the slides, whose largest evidence shows its tail
 _EVERY = 3  # values after which a slide is judged again
 
@@ -91,20 +93,16 @@ def watched(log: RigLog) -> ChangeDetector | None:
     return twin.detector
 
 
-def largest_evidence(slide: Slide, wander: Wander) -> tuple[float, float]:
-    """The largest evidence for a change worth a detection while the values of a slide come in.
-
-    Returns:
-        For changes that began during work, and for those that may have begun during an operation or soon after it.
-    """
+def largest_evidence(slide: Slide, wander: Wander) -> dict[str, float]:
+    """The largest evidence for a change worth a detection while the values of a slide come in, by how it began."""
     series, uncertain = slide
-    largest = [0.0, 0.0]
+    largest = dict.fromkeys(BEGINNINGS, 0.0)
     for count in range(_MIN_VALUES, series.time.size + 1, _EVERY):
         so_far = FeatureSeries(**{field.name: getattr(series, field.name)[:count] for field in fields(FeatureSeries)})
         change = likeliest_change(so_far, uncertain, wander)
         if change is not None and abs(change.size) >= wander.smallest:
-            largest[change.after_operation] = max(largest[change.after_operation], change.evidence)
-    return largest[0], largest[1]
+            largest[change.beginning] = max(largest[change.beginning], change.evidence)
+    return largest
 
 
 def threshold(largest: Sequence[float], hours: float) -> float:
@@ -137,9 +135,10 @@ def main(paths: Sequence[str]) -> None:
             largest += [largest_evidence(slide, others) for slide in slides[half::2]]
         numbers = " ".join(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED)
         print(channel, kind, len(slides), "slides", f"{hours:.1f} h", numbers, flush=True)
-        for when, evidence in zip(("during work", "after an operation"), zip(*largest, strict=True), strict=True):
+        for beginning in BEGINNINGS:
+            evidence = [each[beginning] for each in largest]
             highest = " ".join(f"{each:.1f}" for each in sorted(evidence)[-4:])
-            print(f"    {when}: threshold {threshold(evidence, hours):.1f}, largest {highest}", flush=True)
+            print(f"    {beginning}: threshold {threshold(evidence, hours):.1f}, largest {highest}", flush=True)
 
 
 if __name__ == "__main__":

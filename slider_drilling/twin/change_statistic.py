@@ -24,8 +24,26 @@ _LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
 _LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
+_WELL_KNOWN_S, _JUST_S = 45.0, 180.0  # width of the interval of a step that is well known; for which it is new
 _SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Evidence that a change needs, by how it began.
+
+    Attributes:
+        sudden: A step during work that has just happened.
+        gradual: A ramp that began during work.
+        long_ago: A step during work that is seen late, or whose time is poorly known.
+        after_operation: Whatever may have begun during an operation, or soon after it: that leaves more than work does.
+    """
+
+    sudden: float
+    gradual: float
+    long_ago: float
+    after_operation: float
 
 
 @dataclass(frozen=True)
@@ -47,8 +65,7 @@ class Wander:
         settling: s, memory of that.
         steered: Of what stays when the centre of the rocking has moved by 1 rad.
         swung: Of what a swing of the drive has of its own, beside other swings.
-        threshold: Evidence that rigs without a change do not reach, for a change that began during work.
-        after_operation: The same, for one that may have begun during an operation, or soon after it.
+        thresholds: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
         before: Values that are needed before a change.
         relaxing: s after an operation, in which what it left still relaxes.
@@ -68,15 +85,14 @@ class Wander:
     settling: float
     steered: float
     swung: float
-    threshold: float
-    after_operation: float
+    thresholds: Thresholds
     smallest: float
     before: int = 12
     relaxing: float = 150.0
 
     def exceeded_by(self, change: FeatureChange) -> bool:
         """Whether a change is more than happens without one, and worth a detection."""
-        needed = self.after_operation if change.after_operation else self.threshold
+        needed: float = getattr(self.thresholds, change.beginning)
         return change.evidence >= needed and abs(change.size) >= self.smallest
 
 
@@ -130,7 +146,7 @@ class FeatureChange:
         interval: s, 95 % interval of `since`.
         kind: ``step`` or ``ramp``.
         size: The largest so far, noise levels, signed.
-        after_operation: Whether it may have begun during an operation or soon after it, and needs more evidence.
+        beginning: ``sudden``, ``gradual``, ``long_ago`` or ``after_operation``, see `Thresholds`.
     """
 
     evidence: float
@@ -138,7 +154,7 @@ class FeatureChange:
     interval: tuple[float, float]
     kind: str
     size: float
-    after_operation: bool = False
+    beginning: str = "sudden"
 
 
 def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:
@@ -169,15 +185,20 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
     interval = (low - _RESOLUTION_S, high + _RESOLUTION_S)
     return FeatureChange(
         float(evidence[best]), since, interval, kind, float(shape[np.argmax(np.abs(shape))]),
-        _after_operation(series, interval, wander.relaxing),
+        _beginning(series, kind, interval, wander.relaxing),
     )  # fmt: skip
 
 
-def _after_operation(series: FeatureSeries, interval: tuple[float, float], relaxing: float) -> bool:
-    """Whether an interval meets what lies between two stretches of work, or so many seconds of the later one."""
-    last = np.flatnonzero(np.diff(series.stretch))  # values before such a gap
+def _beginning(series: FeatureSeries, kind: str, interval: tuple[float, float], relaxing: float) -> str:
+    """How a change began (`FeatureChange.beginning`); what an operation left relaxes for so many seconds."""
+    last = np.flatnonzero(np.diff(series.stretch))  # values before what lies between two stretches
     ended, relaxed = series.time[last], series.begun[last + 1] + relaxing
-    return bool(np.any((interval[0] < relaxed) & (interval[1] > ended)))
+    if np.any((interval[0] < relaxed) & (interval[1] > ended)):
+        return "after_operation"
+    if kind == "ramp":
+        return "gradual"
+    known = interval[1] - interval[0] <= _WELL_KNOWN_S and series.time[-1] - interval[0] <= _JUST_S
+    return "sudden" if known else "long_ago"
 
 
 def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Array:

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from slider_drilling.benchmarks.twin_wander import fit_wander
-from slider_drilling.twin.change_statistic import FeatureSeries, Uncertainty, Wander, likeliest_change
+from slider_drilling.twin.change_statistic import FeatureSeries, Thresholds, Uncertainty, Wander, likeliest_change
 from slider_drilling.twin.wander import WANDERS, parameter_wanders, wander_of
 
-_WANDER = Wander(0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 0.0, 0.0, 40.0, 0.0, 0.0, 12.0, 12.0, 0.7)
+_NEEDED = 12.0
+_WANDER = Wander(
+    0.1, 4.0, 0.2, 80.0, 0.2, 2.0, 0.0, 30.0, np.inf, 0.0, 0.0, 40.0, 0.0, 0.0,
+    Thresholds(_NEEDED, _NEEDED, _NEEDED, _NEEDED), 0.7,
+)  # fmt: skip
 _KNOWN = Uncertainty(np.zeros((1, 1)), np.zeros((1, 1)))
 
 
@@ -37,7 +41,7 @@ def _step(series, since):
 def test_step_is_found_with_its_time(seed):
     series = _series(seed)
     change = _change(series, 2.0 * _step(series, 400.0))
-    assert change.evidence > _WANDER.threshold
+    assert change.evidence > _NEEDED
     assert change.kind == "step"
     assert change.since == pytest.approx(400.0, abs=15.0)
     assert change.interval[0] <= 405.0 and change.interval[1] >= 390.0
@@ -48,19 +52,19 @@ def test_step_is_found_with_its_time(seed):
 def test_ramp_is_called_ramp(seed):
     series = _series(seed)
     change = _change(series, np.maximum(series.time - 300.0, 0.0) / 60.0)
-    assert change.evidence > _WANDER.threshold
+    assert change.evidence > _NEEDED
     assert change.kind == "ramp"
     assert change.since == pytest.approx(300.0, abs=60.0)
 
 
 def test_wander_alone_stays_below_threshold():
     evidence = [_change(_series(seed)).evidence for seed in range(40)]
-    assert max(evidence) < _WANDER.threshold
+    assert max(evidence) < _NEEDED
     assert np.median(evidence) < 4.0
 
 
-def _two_stretches(seed):
-    series = _series(seed)
+def _two_stretches(seed, duration=600.0):
+    series = _series(seed, duration)
     later = series.time > 300.0
     return replace(series, stretch=later.astype(float), begun=np.where(later, 300.0, 0.0))
 
@@ -68,7 +72,7 @@ def _two_stretches(seed):
 @pytest.mark.parametrize("seed", range(5))
 def test_new_level_after_an_operation_is_no_change(seed):
     series = _two_stretches(seed)
-    assert _change(series, 2.0 * series.stretch).evidence < _WANDER.threshold
+    assert _change(series, 2.0 * series.stretch).evidence < _NEEDED
 
 
 def test_change_between_stretches_is_dated_by_them():
@@ -76,16 +80,22 @@ def test_change_between_stretches_is_dated_by_them():
     kept = (series.time < 200.0) | (series.time > 350.0)
     series = FeatureSeries(*(getattr(series, name)[kept] for name in vars(series)))
     change = _change(series, 25.0 * series.stretch)
-    assert change.evidence > _WANDER.threshold
+    assert change.evidence > _NEEDED
     assert 190.0 < change.interval[0] + 5.0 < 260.0 < change.since < 300.0 < change.interval[1] < 360.0
 
 
-def test_change_after_an_operation_needs_more_evidence():
-    series = _two_stretches(0)
-    during, after = (_change(series, size * _step(series, since)) for size, since in ((3.0, 520.0), (9.0, 320.0)))
-    assert not during.after_operation and after.after_operation
-    wander = replace(_WANDER, threshold=1.0, after_operation=1e9)
-    assert wander.exceeded_by(during) and not wander.exceeded_by(after)
+@pytest.mark.parametrize(("shape", "size", "since", "beginning"), [
+    (_step, 3.0, 800.0, "sudden"), (_step, 3.0, 600.0, "long_ago"), (_step, 9.0, 320.0, "after_operation"),
+    (lambda series, since: np.maximum(series.time - since, 0.0) / 60.0, 2.0, 700.0, "gradual"),
+])  # fmt: skip
+def test_each_beginning_needs_evidence_of_its_own(shape, size, since, beginning):
+    series = _two_stretches(0, duration=900.0)
+    change = _change(series, size * shape(series, since))
+    assert change.beginning == beginning
+    others = Thresholds(**{**vars(Thresholds(1.0, 1.0, 1.0, 1.0)), beginning: 1e9})
+    assert not replace(_WANDER, thresholds=others).exceeded_by(change)
+    alone = Thresholds(**{**vars(Thresholds(1e9, 1e9, 1e9, 1e9)), beginning: 1.0})
+    assert replace(_WANDER, thresholds=alone).exceeded_by(change)
 
 
 def _evidence(series, more, **wander):
@@ -97,14 +107,14 @@ def test_what_follows_the_load_is_no_change():
     series = _series(0)
     load = np.where(series.time < 300.0, 0.9, 0.3)
     series = replace(series, load=load)
-    assert _evidence(series, -3.0 * load, weighed=3.0) < _WANDER.threshold < _evidence(series, -3.0 * load)
+    assert _evidence(series, -3.0 * load, weighed=3.0) < _NEEDED < _evidence(series, -3.0 * load)
 
 
 def test_moving_load_hides_a_short_excursion():
     series = _series(0)
     moves = np.exp(-(((series.time - 400.0) / 30.0) ** 2))
     series = replace(series, loading=moves)
-    assert _evidence(series, 4.0 * moves, loaded=4.0) < _WANDER.threshold < _evidence(series, 4.0 * moves)
+    assert _evidence(series, 4.0 * moves, loaded=4.0) < _NEEDED < _evidence(series, 4.0 * moves)
 
 
 def test_what_steering_leaves_is_no_change():
@@ -112,16 +122,16 @@ def test_what_steering_leaves_is_no_change():
     steered = 100.0 * _step(series, 300.0)
     series = replace(series, steering=steered)
     left = 2.0 * _step(series, 300.0)
-    assert _evidence(series, left, steered=0.2) < _WANDER.threshold < _evidence(series, left)
+    assert _evidence(series, left, steered=0.2) < _NEEDED < _evidence(series, left)
     later = 2.0 * _step(series, 450.0)
-    assert _evidence(series, later, steered=0.2) > _WANDER.threshold
+    assert _evidence(series, later, steered=0.2) > _NEEDED
 
 
 def test_another_swing_of_the_drive_is_no_change():
     series = _series(0)
     wider = _step(series, 300.0)
     series = replace(series, swing=3.0 + 0.4 * wider)
-    assert _evidence(series, 2.0 * wider, swung=1.5) < _WANDER.threshold < _evidence(series, 2.0 * wider)
+    assert _evidence(series, 2.0 * wider, swung=1.5) < _NEEDED < _evidence(series, 2.0 * wider)
 
 
 def test_what_acts_only_under_load_is_found():
@@ -133,7 +143,7 @@ def test_what_acts_only_under_load_is_found():
     loaded, unloaded = _change(series, more, uncertain), _change(series, more)
     assert loaded.since == pytest.approx(300.0, abs=20.0)
     assert loaded.size == pytest.approx(3.0, abs=0.5)
-    assert loaded.evidence > _WANDER.threshold and unloaded.size < 2.5
+    assert loaded.evidence > _NEEDED and unloaded.size < 2.5
 
 
 def test_uncertain_parameter_explains_its_own_change():
@@ -141,7 +151,7 @@ def test_uncertain_parameter_explains_its_own_change():
     shape = _step(series, 300.0)
     series = replace(series, sensitivity=shape[:, None])
     uncertain = Uncertainty(4.0 * np.eye(1), np.zeros((1, 1)))
-    assert _change(series, 2.0 * shape, uncertain).evidence < _WANDER.threshold
+    assert _change(series, 2.0 * shape, uncertain).evidence < _NEEDED
 
 
 def test_too_few_values_say_nothing():
