@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slider_drilling.benchmarks.twin_wander import fit_wander
+from slider_drilling.benchmarks.twin_wander import fit_wander, largest_evidence, threshold
 from slider_drilling.twin.change_statistic import FeatureSeries, Thresholds, Uncertainty, Wander, likeliest_change
 from slider_drilling.twin.wander import WANDERS, parameter_wanders, wander_of
 
@@ -181,3 +181,20 @@ def test_wander_is_found_in_slides_without_a_change():
     found = fit_wander(slides, replace(_WANDER, slow=0.6, short=0.03, jump=0.1))
     assert found.slow == pytest.approx(_WANDER.slow, rel=0.4)
     assert found.short == pytest.approx(_WANDER.short, rel=0.3)
+
+
+def test_threshold_extrapolates_an_exponential_tail():
+    """Of evidence with an exponential tail of scale 3, ten times fewer slides exceed what is 3 ln 10 higher."""
+    largest = np.random.default_rng(0).exponential(3.0, 3000)
+    days = 100.0
+    assert threshold(largest, 24.0 * days) == pytest.approx(3.0 * np.log(3000 / (0.025 * days)), abs=1.0)
+    lower = threshold(largest, 24.0 * days) - threshold(largest, 240.0 * days)
+    assert lower == pytest.approx(3.0 * np.log(10.0), abs=0.5)
+
+
+def test_largest_evidence_is_told_by_how_a_change_begins():
+    series = _series(0)
+    quiet = largest_evidence((series, _KNOWN), _WANDER)
+    stepped = largest_evidence((replace(series, value=series.value + 3.0 * _step(series, 450.0)), _KNOWN), _WANDER)
+    assert max(quiet.values()) < _NEEDED < stepped["sudden"]
+    assert stepped["after_operation"] == 0.0
