@@ -68,6 +68,17 @@ def test_page_and_json_hold_every_arm():
     assert len(tree["cases"]) == len(RESULTS)
 
 
+def test_headline_names_every_run_that_is_best():
+    def headline(*results):
+        return rounds_page(results, True).headline.text
+
+    least, enough = {"stribeck": 3.0}, {"stribeck": 30.0}
+    assert "after planned 1: 1 of 1" in headline(result("routine", "a", least), result("planned 1", "a", enough))
+    both = headline(result("routine", "a", enough), result("planned 1", "a", enough), result("random", "a", least))
+    assert "after routine and planned 1: 1 of 1" in both
+    assert "after each run: 1 of 1" in headline(result("routine", "a", enough), result("random", "a", enough))
+
+
 @pytest.mark.parametrize(("bias", "named"), [(900.0, ("torque_sensor_bias",)), (0.0, ())])
 def test_evidence_is_there_where_the_effect_is(tmp_path, bias, named):
     rig = short_rig()

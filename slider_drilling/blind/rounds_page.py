@@ -63,11 +63,23 @@ def rounds_page(results: Sequence[ArmResult], evidence_only: bool) -> Page:
         Section("Planned against the others", (paired,)),
         Section("Every case", (Table(("in the log", *names), rows),)),
     )  # fmt: skip
-    best = max(arms, key=lambda arm: arm.correct.count / max(arm.correct.total, 1), default=None)
-    text = "No case came to an end." if best is None else f"Most correct after {best.arm}: {best.correct}."
     return Page(
-        "Blind check in rounds", f"{len(by_log)} sealed rigs", sections, headline=Headline(text), notes=tuple(notes)
-    )
+        "Blind check in rounds", f"{len(by_log)} sealed rigs", sections, headline=Headline(_headline(arms)),
+        notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _headline(arms: Sequence[ArmTotals]) -> str:
+    """After which runs most rigs were diagnosed rightly; all of those that share the first place."""
+    if not arms:
+        return "No case came to an end."
+    shares = [arm.correct.count / max(arm.correct.total, 1) for arm in arms]
+    best = [arm for arm, share in zip(arms, shares, strict=True) if share == max(shares)]
+    names = [arm.arm for arm in best]
+    if len(best) == len(arms) > 1:
+        return f"As many correct after each run: {best[0].correct}."
+    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"Most correct after {listed}: {best[0].correct}."
 
 
 def _cell(result: ArmResult | None) -> Cell:
