@@ -5,8 +5,8 @@
 The twin runs over slides in which nothing begins, such as those of `slider-drilling watch --campaign 36 --seed 7003
 --begins none --no-diagnose`. Every feature's numbers are those of maximum likelihood, the slides being independent. A
 threshold needs slides that the numbers were not fitted to: each half of the slides is judged by the numbers of the
-other. What the largest evidence of a slide exceeds in 24 h once in ten times is extrapolated from the slides where it
-is largest, as an exponential tail.
+other. The evidence that one feature exceeds in one kind of beginning once in 40 days, all together once a day, is
+extrapolated from the slides where it is largest, as an exponential tail.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from slider_drilling.twin import Twin, TwinSettings
 from slider_drilling.twin.change_statistic import (
     PRIOR_FREEDOM,
     FeatureSeries,
+    Thresholds,
     Uncertainty,
     Wander,
     covariance,
@@ -41,8 +42,7 @@ _FITTED = {
     "jump": (0.005, 10.0), "fresh": (0.01, 100.0), "fade": (8.0, 200.0),
     "weighed": (0.005, 20.0), "loaded": (0.005, 20.0), "settling": (5.0, 300.0), "steered": (0.002, 5.0),
 }  # fmt: skip
-BEGINNINGS = ("sudden", "gradual", "long_ago", "after_operation")
-"""How a change may begin (`slider_drilling.twin.change_statistic.FeatureChange`)."""
+_BEGINNINGS = tuple(field.name for field in fields(Thresholds))
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
 _MIN_VALUES = 20
 _ALARMS_A_DAY = 0.025  # of one feature and one kind of beginning
@@ -96,7 +96,7 @@ def watched(log: RigLog) -> ChangeDetector | None:
 def largest_evidence(slide: Slide, wander: Wander) -> dict[str, float]:
     """The largest evidence for a change worth a detection while the values of a slide come in, by how it began."""
     series, uncertain = slide
-    largest = dict.fromkeys(BEGINNINGS, 0.0)
+    largest = dict.fromkeys(_BEGINNINGS, 0.0)
     for count in range(_MIN_VALUES, series.time.size + 1, _EVERY):
         so_far = FeatureSeries(**{field.name: getattr(series, field.name)[:count] for field in fields(FeatureSeries)})
         change = likeliest_change(so_far, uncertain, wander)
@@ -135,7 +135,7 @@ def main(paths: Sequence[str]) -> None:
             largest += [largest_evidence(slide, others) for slide in slides[half::2]]
         numbers = " ".join(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED)
         print(channel, kind, len(slides), "slides", f"{hours:.1f} h", numbers, flush=True)
-        for beginning in BEGINNINGS:
+        for beginning in _BEGINNINGS:
             evidence = [each[beginning] for each in largest]
             highest = " ".join(f"{each:.1f}" for each in sorted(evidence)[-4:])
             print(f"    {beginning}: threshold {threshold(evidence, hours):.1f}, largest {highest}", flush=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -102,21 +103,23 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
 
 def only_wandered(calibrated: Fit) -> bool:
     """Whether no calibrated number is farther from the baseline than it wanders."""
-    return all(
-        abs(calibrated.values[each.name] - each.nominal) <= _WANDERED * each.spread
-        for each in calibrated.parameters if "@" not in each.name
-    )  # fmt: skip
+    shared = _shared(calibrated)
+    return all(abs(calibrated.values[each.name] - each.nominal) <= _WANDERED * each.spread for each in shared)
 
 
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
     """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
     values = tried.fit.values
-    for parameter in calibrated.parameters:
-        if "@" in parameter.name or parameter.name not in values:
-            continue
-        if abs(values[parameter.name] - parameter.nominal) > 1.001 * _farthest(parameter, calibrated):
-            return parameter.name
+    for each in _shared(calibrated):
+        # A fit at its bound is not beyond it, whatever its last digit.
+        if each.name in values and abs(values[each.name] - each.nominal) > 1.001 * _farthest(each, calibrated):
+            return each.name
     return ""
+
+
+def _shared(calibrated: Fit) -> list[Parameter]:
+    """The calibrated numbers, without those of a single run."""
+    return [each for each in calibrated.parameters if "@" not in each.name]
 
 
 def _farthest(parameter: Parameter, calibrated: Fit) -> float:
@@ -132,18 +135,18 @@ def within_wander(tried: TriedChange, calibrated: Fit) -> TriedChange:
     """
     if not changed_beside(tried, calibrated):
         return tried
-    narrow = []
-    for parameter in tried.fit.parameters:
-        if parameter.name in calibrated.values and "@" not in parameter.name and "." not in parameter.name:
-            span = _farthest(parameter, calibrated)
-            low, high = max(parameter.lower, parameter.nominal - span), min(parameter.upper, parameter.nominal + span)
-            narrow.append(replace(parameter, lower=low, upper=high))
-        else:
-            narrow.append(parameter)
+    spans = {each.name: _farthest(each, calibrated) for each in _shared(calibrated) if "." not in each.name}
+    narrow = [_narrowed(each, spans.get(each.name, math.inf)) for each in tried.fit.parameters]
     start = {each.name: float(np.clip(tried.fit.values[each.name], each.lower, each.upper)) for each in narrow}
     found = fit(tried.problem, narrow, tried.fit.values | start)
     gain = tried.gain + tried.fit.cost - found.cost
     return replace(tried, fit=found, gain=gain) if gain >= _KEPT * tried.gain else tried
+
+
+def _narrowed(parameter: Parameter, span: float) -> Parameter:
+    """The parameter, no farther from its nominal value than a span."""
+    low, high = parameter.nominal - span, parameter.nominal + span
+    return replace(parameter, lower=max(parameter.lower, low), upper=min(parameter.upper, high))
 
 
 def _moved_numbers(calibrated: Fit, model: ChangedString) -> list[ScreenedEffect]:

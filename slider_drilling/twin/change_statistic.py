@@ -154,7 +154,7 @@ class FeatureChange:
     interval: tuple[float, float]
     kind: str
     size: float
-    beginning: str = "sudden"
+    beginning: str
 
 
 def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:

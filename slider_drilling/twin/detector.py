@@ -73,8 +73,8 @@ class ChangeDetector:
         if not activity.comparable and not activity.circulating:
             return
         for feature in found:
-            moves_block = feature.channel == "hook_load" and activity.circulating and not activity.hanging
-            if wander_of(activity.mode, feature.channel, feature.kind) is None or moves_block:
+            block_moves = feature.channel == "hook_load" and activity.circulating and not activity.hanging
+            if wander_of(activity.mode, feature.channel, feature.kind) is None or block_moves:
                 continue
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(

@@ -76,7 +76,7 @@ class Twin:
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
         self.detector: ChangeDetector | None = None
-        self._circulation: ChangeDetector | None = None  # before that: what circulation off bottom has shown
+        self._circulation = self._first_detector()
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
@@ -159,7 +159,8 @@ class Twin:
 
     def recalibrate(self) -> None:
         """Forget what was learnt of the rig, and learn it again from now on."""
-        self._learner = self.detector = self._circulation = None
+        self._learner = self.detector = None
+        self._circulation = self._first_detector()
         self._changed = False
         self._history.clear()
 
@@ -246,11 +247,14 @@ class Twin:
         learner, detector = self._learner, self.detector
         if learner is None:
             return
-        if detector is None:
-            self._note_circulation(activity, now, learner)
-            return
         if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
-            detector.add(now, activity, self._features(activity.period, now, learner.fixed))
+            # Before the rig is learnt only circulation off bottom says something: its pressure needs no string.
+            seen = activity if detector is not None else replace(activity, comparable=False)
+            compared = seen.comparable or seen.circulating
+            found = self._features(activity.period, now, learner.fixed) if compared else []
+            (detector or self._circulation).add(now, seen, found)
+        if detector is None:
+            return
         if activity.comparable:
             watched = detector.watched(activity.mode)[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]
             self._take_alarms(detector.test(activity.mode, channel, kind) for channel, kind in watched)
@@ -262,23 +266,17 @@ class Twin:
         if since is not None:
             detector.forget(since)
 
+    def _first_detector(self) -> ChangeDetector:
+        """A detector for before the rig is learnt, when nothing is uncertain because nothing is tested."""
+        count = len(self._parameters)
+        return ChangeDetector(Uncertainty(np.zeros((count, count)), np.zeros((count, 1))))
+
     def _new_detector(self, learner: Learner) -> ChangeDetector:
         """A detector that knows what circulation off bottom has shown while the rig was learnt."""
         names = [parameter.name for parameter in self._parameters]
-        uncertain = Uncertainty(learner.covariance, parameter_wanders(names))
-        if self._circulation is None:
-            return ChangeDetector(uncertain)
         nominal = np.array([parameter.nominal for parameter in self._parameters], dtype=float)
+        uncertain = Uncertainty(learner.covariance, parameter_wanders(names))
         return self._circulation.recalibrated(learner.fixed - nominal, uncertain)
-
-    def _note_circulation(self, activity: Activity, now: float, learner: Learner) -> None:
-        """Keep what circulation off bottom shows before the rig is learnt: pressure needs no string for that."""
-        if self._circulation is None:
-            count = len(self._parameters)
-            self._circulation = ChangeDetector(Uncertainty(np.zeros((count, count)), np.zeros((count, 1))))
-        if self._seconds % _FEATURES_EVERY == 0 or math.isfinite(activity.valid_until):
-            found = self._features(activity.period, now, learner.fixed) if activity.circulating else []
-            self._circulation.add(now, replace(activity, comparable=False), found)
 
     def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
         """Turn alarms into detections, and ask about new ones."""

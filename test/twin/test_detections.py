@@ -4,7 +4,8 @@ from slider_drilling.twin.detector import Alarm
 
 
 def _alarm(time, since, size=3.0, kind="step", channel="standpipe_pressure", evidence=20.0):
-    return Alarm(time, channel, "mean", FeatureChange(evidence, since, (since - 5.0, since + 5.0), kind, size))
+    interval = (since - 5.0, since + 5.0)
+    return Alarm(time, channel, "mean", FeatureChange(evidence, since, interval, kind, size, "sudden"))
 
 
 def test_other_channels_soon_after_are_one_change():
