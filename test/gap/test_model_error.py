@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from toy import TIME, Toy, toy
 
-from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget
+from slider_drilling.gap.evidence.likelihood import Discrepancy
+from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget, model_error_covariance
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.search.least_squares import fit
@@ -37,11 +38,21 @@ def test_budget_is_the_share_of_the_movement():
     assert model_error_budget(problem, found)["force"] == pytest.approx((0.1 * np.std(found.simulated)) ** 2)
 
 
-def test_model_error_widens_intervals_as_repeated_errors():
-    _, found = fitted(5.0, 0.0)
-    repeated = 5.0 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
-    # The error of the stamps widens it a little more.
-    assert width(5.0, "level", 0.0) >= width(0.0, "level", 0.0) * np.sqrt(1.0 + repeated**2) * 0.99
+def test_model_error_moves_parameters_as_the_fit_weighs_it():
+    """Generalised least squares with the discrepancy's covariance, and an error of the model as large as said."""
+    problem, found = fitted(5.0, 0.0)
+    (piece,) = problem.pieces
+    size, memory = 3.0, 2.0 * float(np.median(piece.interval[1:]))
+    found = replace(found, discrepancy={0: Discrepancy(size, memory)})
+    lag = np.abs(piece.channel.time[:, None] - piece.channel.time[None])
+    inverse = np.linalg.inv(np.eye(len(lag)) + size**2 * np.exp(-lag / memory))
+    _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
+    weights = found.jacobian @ inverse
+    covariance = np.linalg.inv(found.jacobian @ weights.T)
+    error = (5.0 * np.std(found.simulated)) ** 2 * TIME.size / INDEPENDENT_ERRORS
+    added = model_error_covariance(problem, found, rows, covariance)
+    # The error of the stamps adds a little; the filter begins at the other end.
+    assert added == pytest.approx(covariance @ (error * weights @ weights.T) @ covariance, rel=0.1, abs=0.05)
 
 
 def test_what_a_fit_leaves_widens_intervals():

@@ -16,6 +16,7 @@ from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
 from slider_drilling.gap.evidence.compare import LEVEL, gap_closed, predicts_better
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
+from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
@@ -135,7 +136,10 @@ def differs(times: float, material: float = 0.0, adequate: bool = False) -> Evid
     sine = replace(SINE, material={"sine": material} if material else {})
     fitted = model(scored(), effects=(sine,))
     fitted.problem, fitted.fit = problem, found
-    return evidence(model(scored()), fitted, adequate=adequate)
+    without = model(scored())
+    # As good a fit, so that the interval alone decides.
+    without.fit = found
+    return evidence(without, fitted, adequate=adequate)
 
 
 def is_certainly_material(times: float) -> Evidence:
@@ -145,6 +149,17 @@ def is_certainly_material(times: float) -> Evidence:
 def test_where_there_is_a_gap_a_size_need_not_be_certainly_material():
     found = differs(OUTSIDE, material=2.0, adequate=False)
     assert criterion("certainly material").passes(found) and criterion("more than none").passes(found)
+
+
+@pytest.mark.parametrize("times", [OUTSIDE, INSIDE])
+def test_a_size_that_may_be_none_stays_where_a_refit_is_clearly_worse(times):
+    found = differs(OUTSIDE)
+    left = np.exp(0.5 * times * chi2.ppf(0.9, 1) / INDEPENDENT_ERRORS)
+    fit = found.fitted.fit
+    scale = 2.0 / float(np.sqrt(np.mean(fit.residual**2)))
+    found.fitted.fit = replace(fit, residual=scale * fit.residual)
+    found.without.fit = replace(fit, residual=left * scale * fit.residual, parameters=fit.parameters[:-1])
+    assert criterion("more than none").passes(found) == (times == INSIDE)
 
 
 def closes(times: float) -> Evidence:

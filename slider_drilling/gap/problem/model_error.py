@@ -12,12 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from slider_drilling.gap.evidence.likelihood import Discrepancy, whiten
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.least_squares import Fit
 
 # Independent numbers that the model's error has in one channel, however long the log is: it repeats with the rocking.
-INDEPENDENT_ERRORS = 20
+INDEPENDENT_ERRORS = 10
 
 
 def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
@@ -75,14 +76,32 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
         (p, p), zero where no channel has a model error and the fit leaves noise alone.
     """
     information = np.zeros_like(covariance)
-    for piece in problem.pieces:
-        own = rows[:, piece.rows]
+    for index, piece in enumerate(problem.pieces):
+        weights = _weights_of_samples(piece, rows[:, piece.rows], fitted.discrepancy[index])
         repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
         error = max(model_error_size(piece, fitted.simulated) ** 2, _left_beyond_noise(piece, fitted))
-        information += error * repeated * (own @ own.T)
-        late = own @ _half_a_sample_late(piece, fitted.simulated)
+        information += error * repeated * (weights @ weights.T)
+        late = weights @ _half_a_sample_late(piece, fitted.simulated)
         information += np.outer(late, late)
     return np.asarray(covariance @ information @ covariance)
+
+
+def _weights_of_samples(piece: Piece, rows: Array, discrepancy: Discrepancy) -> Array:
+    """(p, n) by how much each sample of the residual moves the parameters, before the covariance.
+
+    The fit whitens the Jacobian and the residual. What it does to the residual falls on the whitened Jacobian as the
+    same filter that runs backwards in time. An error of a kind that the discrepancy holds moves the parameters less.
+
+    Args:
+        piece: One channel of one run.
+        rows: (p, n) its part of the whitened Jacobian.
+        discrepancy: Its discrepancy.
+    """
+    if piece.channel.accumulates:
+        return rows
+    interval = np.concatenate([piece.interval[:1], piece.interval[:0:-1]])
+    backwards, _ = whiten(rows[:, ::-1], interval, discrepancy)
+    return backwards[:, ::-1]
 
 
 def observed_model_error(problem: Problem, fitted: Fit) -> dict[str, float]:

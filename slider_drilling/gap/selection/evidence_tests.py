@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.evidence.compare import (
     LEVEL,
@@ -26,8 +27,10 @@ from slider_drilling.gap.evidence.compare import (
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Effect, HasCoupledEffects
-from slider_drilling.gap.problem.model_error import model_error_budget
+from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget, model_error_size
+from slider_drilling.gap.problem.problem import Piece
 from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals, user_parameters, user_values
+from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.selection.refit import check_adequacy
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
@@ -159,8 +162,40 @@ def is_material(evidence: Evidence) -> bool:
 
 
 def differs_from_none(evidence: Evidence) -> bool:
-    """Whether the interval of each new effect's size leaves out none; effects that show only together may not."""
-    return _sizes_beyond(evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0))
+    """Whether the interval of each new effect's size leaves out none, or a fit without it is clearly worse.
+
+    The interval comes from the curvature at the fit. Where a law is not linear, or acts almost as another does, it says
+    less than a fit without the effect.
+    """
+    sizes = _sizes_beyond(evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0))
+    return sizes or _gain_of_independent_errors(evidence) > _certain_gain(evidence)
+
+
+def _certain_gain(evidence: Evidence) -> float:
+    """Gain that the added parameters exceed by chance once in ten times, as none lies outside a 90 % interval."""
+    added = len(evidence.fitted.fit.parameters) - len(evidence.without.fit.parameters)
+    return float(chi2.ppf(0.90, max(added, 1)))
+
+
+def _gain_of_independent_errors(evidence: Evidence) -> float:
+    """Gain of ``-2 log p`` by the effect, where each channel of a run holds `INDEPENDENT_ERRORS` numbers.
+
+    That is ``m log(before / after)`` of m numbers whose variance is not known, with what the channel leaves, noise and
+    the model's error in it. What accumulates is left out: its steps are no such numbers.
+    """
+    gain = 0.0
+    for piece in evidence.fitted.problem.pieces:
+        if piece.channel.accumulates:
+            continue
+        before, after = (_variance_left(piece, model.fit) for model in (evidence.without, evidence.fitted))
+        gain += min(piece.channel.time.size, INDEPENDENT_ERRORS) * float(np.log(before / after))
+    return gain
+
+
+def _variance_left(piece: Piece, found: Fit) -> float:
+    """Mean square, noise units squared, that a fit leaves in one channel of one run, with the model's error budget."""
+    left = max(float(np.mean(found.residual[piece.rows] ** 2)), 1.0)
+    return left + model_error_size(piece, found.simulated) ** 2
 
 
 def certainly_material(evidence: Evidence) -> bool:

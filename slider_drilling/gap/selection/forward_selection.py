@@ -229,19 +229,30 @@ def drop_uncertain_effects(state: SearchState, effects: Sequence[Effect], seed: 
         effects: All candidate effects.
         seed: Seed of the replicates.
     """
-    for effect in reversed(state.current.effects):
-        without = replace(state.current, effects=tuple(each for each in state.current.effects if each is not effect))
-        messages = failures(Stage.END, Evidence(state, without, state.current))
-        if not messages:
-            continue
+    while uncertain := _uncertain_effects(state):
+        effect, without, messages = min(uncertain, key=lambda each: each[1].fit.cost)
         steps = tuple(_rejected(step, effect, messages) for step in state.steps)
         if without.effects:
-            current = _refitted_without(state, effect)
-            others = [each for each in effects if each.name not in current.names]
-            state = replace(state, current=current, adequacy=check_adequacy(current, seed, others), steps=steps)
+            others = [each for each in effects if each.name not in without.names]
+            state = replace(state, current=without, adequacy=check_adequacy(without, seed, others), steps=steps)
         else:
             state = replace(state, current=state.calibrated, adequacy=state.calibrated_adequacy, steps=steps)
     return state
+
+
+def _uncertain_effects(state: SearchState) -> list[tuple[Effect, FittedModel, tuple[str, ...]]]:
+    """Effects that may not stay at the end: each with a refit without it, and why."""
+    uncertain = []
+    for effect in reversed(state.current.effects):
+        rest = tuple(other for other in state.current.effects if other is not effect)
+        as_fitted = Evidence(state, replace(state.current, effects=rest), state.current)
+        # A refit takes as long as a step of the search: only where the interval does not settle it.
+        if not failures(Stage.END, as_fitted):
+            continue
+        without = _refitted_without(state, effect)
+        if messages := failures(Stage.END, Evidence(state, without, state.current)):
+            uncertain.append((effect, without, messages))
+    return uncertain
 
 
 def _refitted_without(state: SearchState, effect: Effect) -> FittedModel:

@@ -317,8 +317,9 @@ CRITERIA: tuple[Criterion, ...] = (
     Criterion(
         name="more than none",
         stages=(Stage.END,),
-        test="90 % interval of the effect's size, with what the fit leaves beyond the noise",
-        threshold="leaves out none; effects that show only together (HasCoupledEffects) need not",
+        test="90 % interval of the effect's size, with what the fit leaves beyond the noise; or a refit without it",
+        threshold="leaves out none; or the refit is worse than chance, at 10 %, where a channel counts as few "
+        "independent numbers; effects that show only together (HasCoupledEffects) need not",
         message="beside the others its size may be none",
         reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
         passes=tests.differs_from_none,
