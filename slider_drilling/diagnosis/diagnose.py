@@ -64,7 +64,8 @@ def diagnose(
         progress: Called with the stage and the share done.
 
     Returns:
-        The diagnosis; ``inconclusive`` without a fit if no log excites the rig enough.
+        The diagnosis; ``inconclusive`` without a fit if no log allows a conclusion: the rig is excited too little, or
+        the angle was integrated from a coarse speed.
 
     Raises:
         InputError: A log is unusable, no channel can be used, or a name in `only` is unknown.
@@ -80,7 +81,8 @@ def diagnose(
     if all(idle):
         told = [*remarks, *(text for texts in idle for text in texts)]
         try:
-            asked = recommend_first_run(model_without_logs(rig, _TEST_S), "the log excites the rig too little", seed)
+            reason = f"the {'log allows' if len(logs) == 1 else 'logs allow'} no conclusion"
+            asked = recommend_first_run(model_without_logs(rig, _TEST_S), reason, seed)
         except ValueError as error:
             asked = None
             told.append(f"no test can be planned: {error}")

@@ -66,3 +66,14 @@ def test_interval_covers_values_that_look_alike():
     low, high = parameter_intervals(problem, replace(found, parameters=tuple(named.values())))[level.name]
     assert low <= max(-3.0, level.lower)
     assert high >= min(7.0, level.upper)
+
+
+def test_a_channel_that_accumulates_has_intervals_too():
+    exact = inexact(0.0, 0.0)
+    (run,) = exact.runs
+    (channel,) = run.channels
+    summed = replace(exact, runs=(replace(run, channels=(replace(channel, accumulates=True),)),))
+    problem = build_problem(summed, [{"force": 1.0}])
+    found = fit(problem, problem.expand_per_run(summed.nuisance), {})
+    low, high = parameter_intervals(problem, found)["level"]
+    assert low < high

@@ -77,7 +77,7 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
     """
     information = np.zeros_like(covariance)
     for index, piece in enumerate(problem.pieces):
-        weights = _weights_of_samples(piece, rows[:, piece.rows], fitted.discrepancy[index])
+        weights = _weights_of_samples(piece, rows[:, piece.rows], fitted.discrepancy.get(index))
         repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
         error = max(model_error_size(piece, fitted.simulated) ** 2, _left_beyond_noise(piece, fitted))
         information += error * repeated * (weights @ weights.T)
@@ -86,7 +86,7 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
     return np.asarray(covariance @ information @ covariance)
 
 
-def _weights_of_samples(piece: Piece, rows: Array, discrepancy: Discrepancy) -> Array:
+def _weights_of_samples(piece: Piece, rows: Array, discrepancy: Discrepancy | None) -> Array:
     """(p, n) by how much each sample of the residual moves the parameters, before the covariance.
 
     The fit whitens the Jacobian and the residual. What it does to the residual falls on the whitened Jacobian as the
@@ -95,9 +95,9 @@ def _weights_of_samples(piece: Piece, rows: Array, discrepancy: Discrepancy) -> 
     Args:
         piece: One channel of one run.
         rows: (p, n) its part of the whitened Jacobian.
-        discrepancy: Its discrepancy.
+        discrepancy: Its discrepancy; None where the channel accumulates, which has none.
     """
-    if piece.channel.accumulates:
+    if discrepancy is None:
         return rows
     interval = np.concatenate([piece.interval[:1], piece.interval[:0:-1]])
     backwards, _ = whiten(rows[:, ::-1], interval, discrepancy)
