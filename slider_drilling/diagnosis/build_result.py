@@ -26,7 +26,7 @@ from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
+from slider_drilling.gap.results.intervals import intervals_beside_all_nuisance, user_parameters, user_values
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.selection.evidence_tests import Evidence
@@ -247,7 +247,7 @@ def fitted_parameters(model: FittedModel, prefix: str = "") -> Mapping[str, Fitt
 
 def parameters_of_fit(problem: Problem, found: Fit, prefix: str = "") -> dict[str, FittedParameter]:
     """The parameters of a fit under the names that users know; prefix: only those that begin with it."""
-    intervals, values = parameter_intervals(problem, found), user_values(problem, found.values)
+    intervals, values = intervals_beside_all_nuisance(problem, found), user_values(problem, found.values)
     return {
         name: FittedParameter(values[name], parameter.unit, parameter.nominal, intervals.get(name))
         for name, parameter in user_parameters(problem, found).items() if name.startswith(prefix)

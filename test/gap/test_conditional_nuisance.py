@@ -10,6 +10,9 @@ import pytest
 from toy import EFFECTS, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.results.intervals import intervals_beside_all_nuisance, parameter_intervals
+from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.selection.forward_selection import CLEAR_LEAD, clear_leaders
 
 BEND = next(effect for effect in EFFECTS if effect.name == "bend")
@@ -32,6 +35,14 @@ class TwinToy(BendingToy):
     def simulate(self, run, sets, options):  # type: ignore[no-untyped-def]
         merged = [{**values, "bend": values.get("bend", 0.0) + values.get("twin", 0.0)} for values in sets]
         return super().simulate(run, merged, options)
+
+
+class LiftingToy(BendingToy):
+    """Its bend lifts the level, too."""
+
+    def simulate(self, run, sets, options):  # type: ignore[no-untyped-def]
+        lifted = [{**values, "level": values.get("level", 0.0) + values.get("bend", 0.0)} for values in sets]
+        return super().simulate(run, lifted, options)
 
 
 def bending_toy(seed: int, **truth: float) -> BendingToy:
@@ -84,3 +95,14 @@ def test_effects_are_not_tested_where_nuisance_is_far_ahead(lead, leads):
     nuisance, effect = RacedArm((BEND,), 500.0), RacedArm((saw,), 500.0 + lead)
     assert clear_leaders([nuisance, effect], (BEND,)) == ([nuisance] if leads else [])
     assert clear_leaders([nuisance._replace(cost=501.0 + lead), effect], (BEND,)) == []
+
+
+def test_interval_leaves_room_for_nuisance_that_was_not_calibrated():
+    model = LiftingToy(toy({"level": 2.0}, 6).runs)
+    problem = build_problem(model, [{"force": 1.0}])
+    found = fit(problem, problem.expand_per_run(model.nuisance), {})
+    alone, beside = parameter_intervals(problem, found), intervals_beside_all_nuisance(problem, found)
+    assert alone.keys() == beside.keys() == {"level", "slope"}
+    widths = {name: (beside[name][1] - beside[name][0]) / (high - low) for name, (low, high) in alone.items()}
+    assert widths["level"] > 1.2
+    assert widths["slope"] == pytest.approx(1.0, abs=0.02)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.gap.model import Array, HasUserParameters, Parameter
+from slider_drilling.gap.model import Array, HasConditionalNuisance, HasUserParameters, Parameter
 from slider_drilling.gap.problem.model_error import model_error_covariance
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, prior_weights
+from slider_drilling.gap.search.least_squares import Fit, fit, prior_weights
 
 TWO_SIDED_95, ONE_SIDED_95 = 1.96, 1.645
 """Standard deviations to either end of an interval that holds 95 %, or that leaves out 5 % at one end."""
@@ -41,6 +41,25 @@ def parameter_intervals(
         low, high = min(low, *parameter.equivalents, high), max(high, *parameter.equivalents, low)
         intervals[name] = max(low, parameter.lower), min(high, parameter.upper)
     return intervals
+
+
+def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
+    """95 % interval of each freed parameter, as `parameter_intervals`, with a Jacobian of the fit itself.
+
+    Nuisance that the log gave no reason to calibrate (`HasConditionalNuisance`) is still not known: here it is as free
+    as its prior says. Otherwise what acts alike would seem better known where a log shows less.
+
+    Args:
+        problem: The problem of the fit.
+        found: The fit.
+    """
+    freed = {parameter.name for parameter in found.parameters}
+    conditional = problem.model.conditional_nuisance if isinstance(problem.model, HasConditionalNuisance) else ()
+    unfitted = [each for effect in conditional for each in effect.parameters if each.name not in freed]
+    parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
+    known = set(user_values(problem, found.values))
+    intervals = parameter_intervals(problem, fit(problem, parameters, found.values, iterations=0))
+    return {name: interval for name, interval in intervals.items() if name in known}
 
 
 def user_values(problem: Problem, values: dict[str, float]) -> dict[str, float]:
