@@ -19,6 +19,7 @@ from slider_drilling.control.interface import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
 from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Batch(TableExport):
             raise InputError(f"plot: channel = {channel!r}: one of {', '.join(UNITS)}")
         curves = [(_name(label) or f"run {index}", run.response.time, run.channel(channel))
                   for index, (label, run) in enumerate(zip(self.labels, self.runs, strict=True))]  # fmt: skip
-        return lines(curves, "time, s", f"{channel.replace('_', ' ')}, {UNITS[channel]}")
+        return lines(curves, "time, s", f"{plain_name(channel)}, {UNITS[channel]}")
 
 
 def _name(label: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ from slider_drilling.diagnosis import replay as engine
 from slider_drilling.drillstring import ELEMENTS
 from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
@@ -91,7 +92,7 @@ class ReplayResult(TableExport):
         compared = self.replay.channels[channel]
         measured = compared.channel
         curves = [("measured", measured.time, measured.measured), ("simulated", measured.time, compared.simulated)]
-        return lines(curves, "time, s", f"{channel.replace('_', ' ')}, {measured.unit}")
+        return lines(curves, "time, s", f"{plain_name(channel)}, {measured.unit}")
 
 
 def replay(

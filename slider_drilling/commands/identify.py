@@ -10,6 +10,7 @@ import click
 
 from slider_drilling.commands.options import SEED, json_option, units_option, write_and_print
 from slider_drilling.console.printable import printable
+from slider_drilling.plain_names import plain_name
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import FrictionData, Identification
@@ -168,7 +169,7 @@ def _table(identification: Identification) -> Table:
         if estimate.interval is not None:
             low, high = (Quantity(end, unit, 5) for end in estimate.interval)
             interval = sentence(low, " to ", high)
-        rows.append((name.replace("_", " "), Quantity(estimate.value, unit, 5), interval))
+        rows.append((plain_name(name), Quantity(estimate.value, unit, 5), interval))
     return Table(("parameter", "value", "95 % interval"), tuple(rows), "Parameters")
 
 

@@ -48,8 +48,10 @@ def string_status(string: StringKalmanFilter) -> Status:
               ("torque_bias_one_sigma_n_m", f"{estimate.bias_sigma:.0f}"),
               ("response_time_s", f"{estimate.response_time:.0f}"))
     side = "softer" if estimate.compliance >= 0.0 else "stiffer"
+    # Zero added: what rounds to zero has no minus.
+    motor, bias = round(100.0 * estimate.motor, 1) + 0.0, round(estimate.bias) + 0.0
     message = (f"string {100.0 * abs(estimate.compliance):.1f} % {side} than the rig file's, motor "
-               f"{100.0 * estimate.motor:+.1f} %, torque sensor {estimate.bias:+.0f} N m")
+               f"{motor:+.1f} %, torque sensor {bias:+.0f} N m")
     return Status(Level.OK, "string", message, values)
 
 

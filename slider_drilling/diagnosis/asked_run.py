@@ -6,6 +6,7 @@ from slider_drilling.diagnosis.drilling_programmes import DrillingManoeuvre
 from slider_drilling.diagnosis.programme_words import in_one_line, programme_in_words
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.pages import BulletList
+from slider_drilling.plain_names import plain_name
 from slider_drilling.programmes import Programme
 from slider_drilling.rig import Rig
 from slider_drilling.units import Sentence, Text, sentence
@@ -32,7 +33,7 @@ def asked_items(asked: RecommendedManoeuvre, rig: Rig) -> list[Text | BulletList
         BulletList(tuple(sentence(step.text, f" ({step.duration:.0f} s)") for step in steps)),
     ]
     if asked.separates:
-        first, second = (name.replace("_", " ") for name in asked.separates)
+        first, second = (plain_name(name) for name in asked.separates)
         items.append(
             f"If {first} or {second} is true, the log likelihood ratio between the two is expected to be "
             f"{asked.log_likelihood_ratio:.0f} after it; 7 decides 1000 to 1."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangedParameter
 from slider_drilling.diagnosis.result import Diagnosis
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
 
 _PLAIN = {
@@ -31,7 +32,7 @@ def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
     if diagnosis.verdict == "none":
         return sentence("Nothing is different: the simulation fits this log as well as it fitted the baseline.")
     if diagnosis.verdict == "unknown":
-        where = "" if diagnosis.site is None else f", most likely at the {diagnosis.site.replace('_', ' ')}"
+        where = "" if diagnosis.site is None else f", most likely at the {plain_name(diagnosis.site)}"
         return sentence(
             f"Something is different{_since(change)}, and no known change explains it{where}. ", _size(change), "."
         )
@@ -64,7 +65,7 @@ def change_technical_summary(diagnosis: Diagnosis) -> str:
 
 def moved_clause(name: str, moved: ChangedParameter) -> Sentence:
     """One calibrated number, before and after."""
-    plain = _PLAIN.get(name, name.replace("_", " "))
+    plain = _PLAIN.get(name, plain_name(name))
     if moved.unit == "-" and moved.before:
         share = 100.0 * (moved.after / moved.before - 1.0)
         interval = ""

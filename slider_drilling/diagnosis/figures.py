@@ -9,12 +9,13 @@ import numpy as np
 from slider_drilling.diagnosis.describe_curve import axis_labels
 from slider_drilling.diagnosis.ranking_table import format_share
 from slider_drilling.diagnosis.result import STAGE_NAMES, ChannelTrace, Gap, RankedEffect, ResidualShape
-from slider_drilling.diagnosis.sentences import describe_shape, plain_name
+from slider_drilling.diagnosis.sentences import describe_shape
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.results.breakdown import GapBreakdown
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
 from slider_drilling.pages.figures import Style
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, display_unit, sentence, split_label
 
 _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}

@@ -9,7 +9,6 @@ from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfal
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
-    plain_name,
     prediction_horizon,
     remarks_beside_checks,
     summary,
@@ -20,6 +19,7 @@ from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Text, displayed, sentence
 
 _ABOUT_E = (
@@ -181,7 +181,7 @@ def _which(diagnosis: Diagnosis) -> list[Section]:
 def _effect_row(ranked: RankedEffect, closes: tuple[str, ...]) -> tuple[Cell, ...]:
     settings: list[Text] = []
     for name, fitted in ranked.parameters.items():
-        short = name.rpartition(".")[2].replace("_", " ")
+        short = plain_name(name.rpartition(".")[2])
         settings += ["; ", sentence(f"{short} ", displayed(fitted.value, fitted.unit, 4), _interval(fitted))]
     status: Cell = candidate_status(ranked)
     if ranked.in_answer:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slider_drilling.diagnosis.result import ClosedShare, RankedEffect
-from slider_drilling.diagnosis.sentences import plain_name
+from slider_drilling.plain_names import plain_name
 
 # Headers of the columns of shares.
 CLOSES, OTHER_RUNS, GAP_AFTER = "closes [95 %]", "in other runs", "of the gap after"

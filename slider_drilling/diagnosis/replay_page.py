@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from slider_drilling.diagnosis.replay import ChannelComparison, Replay
-from slider_drilling.diagnosis.sentences import plain_name
 from slider_drilling.log import RigLog
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
 from slider_drilling.pages.figures import Style, wrap_degrees
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Text, Units, display_unit, displayed, format_number, sentence
 
 HEADER = ("channel", "samples", "RMS difference", "relative to noise")

@@ -18,6 +18,7 @@ from slider_drilling.diagnosis.result import (
     ResidualShape,
 )
 from slider_drilling.gap.results.sentence import verdict_sentence
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
 
 _WHOLE = 0.995  # of the gap: by chance a model may leave less than the noise, and close more than the gap
@@ -27,12 +28,6 @@ _MAX_SPREAD = 3.0  # ratio of an interval's ends up to which a value counts as k
 _NOISE_ALONE = 1.5  # times the noise: an error that noise alone may leave in a few toolfaces
 _NOISE_ALONE_OF_MANY = 1.25  # times the noise: in a channel of many samples
 _LOCATED = ("cuttings_bed",)  # named with its place, however uncertain
-_PLAIN_NAMES = {"tool_face": "toolface"}
-
-
-def plain_name(name: str) -> str:
-    """The name of a channel, an effect or a parameter in words."""
-    return _PLAIN_NAMES.get(name, name.replace("_", " "))
 
 
 def summary(diagnosis: Diagnosis) -> Sentence:

@@ -25,6 +25,7 @@ from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_cr
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState
 from slider_drilling.gap.selection.verdict import reach_verdict, without_effects
+from slider_drilling.plain_names import plain_name
 
 
 @dataclass(frozen=True)
@@ -355,7 +356,7 @@ def _fit_remarks(state: SearchState) -> list[str]:
             )
     model = state.current.problem.model
     if state.current.problem.options.observer_gain > 0.0 and isinstance(model, HasObserver):
-        channel = model.observed_channel.replace("_", " ")
+        channel = plain_name(model.observed_channel)
         remarks.append(
             f"scored with the measured {channel} fed back weakly, which predicts better: E, and errors given with it, "
             f"are those of predictions from the {channel} measured so far"

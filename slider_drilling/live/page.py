@@ -33,6 +33,7 @@ from slider_drilling.live.page_requests import (
 from slider_drilling.live.state import LiveParameter, LiveState, zero_meaning
 from slider_drilling.live.twin_panel import TwinPanel
 from slider_drilling.messages.health import Level
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import SI, Units, quantities_in
 
 TITLE = "Slide drilling"
@@ -217,10 +218,15 @@ class PageView:
             self._values[key] = parameter.value
 
     def _display(self, parameter: LiveParameter) -> tuple[str, float]:
-        """The unit that a parameter is shown in, and what an SI value is multiplied with; degrees for a toolface."""
+        """The unit that a parameter is shown in, and what an SI value is multiplied with.
+
+        A toolface is shown in degrees, a rate of penetration in an hour.
+        """
         if parameter.unit == "rad" and "tool_face" in parameter.name:
             return "deg", 180.0 / math.pi
         unit, size = _RIG_UNITS.get(parameter.unit, (parameter.unit, 1.0))
+        if parameter.name == "rate_of_penetration":
+            unit, size = "m/h", 3600.0
         return self._units.display_unit(unit), self._units.convert(size, unit)
 
     def _make_input(self, parameter: LiveParameter) -> Any:
@@ -234,7 +240,7 @@ class PageView:
             # The value is unknown until the node confirms it.
             self._values[key] = math.nan
 
-        label = parameter.name.replace("_", " ") + ("" if unit == "-" else f", {unit}")
+        label = plain_name(parameter.name) + ("" if unit == "-" else f", {unit}")
         with self._parameter_inputs, ui.element("div"):
             field = ui.number(label, value=parameter.value * size, format="%.6g").props("dense")
             # Set as values: the text of `props` is parsed, and a name such as "a :hint=..." would be run as a script.
@@ -288,4 +294,4 @@ def _title(name: str, names: Sequence[str]) -> str:
     """The subject of a status, with its node if another node has one of the same subject, and if it is a twin's."""
     node, _, subject = name.partition(": ")
     is_unique = sum(other.endswith(f": {subject}") for other in names) == 1 and node.rpartition("/")[2] != "twin"
-    return (subject if subject and is_unique else f"{subject} ({node})" if subject else name).replace("_", " ")
+    return plain_name(subject if subject and is_unique else f"{subject} ({node})" if subject else name)

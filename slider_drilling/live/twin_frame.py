@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slider_drilling.live.twin_state import TwinState
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import SI, Units, quantities_in
 
 _TRENDS = ("friction", "motor_gain", "circulating_pressure", "string_stiffness")
@@ -26,9 +27,10 @@ def twin_json(twin: TwinState, now: float, units: Units = SI) -> dict[str, Any]:
         "now": round(now, 1),
         "start": round(points[0].time, 1) if points else None,
         "gaps": [_gap_json(name, *numbers) for name, numbers in twin.gaps().items()],
+        "compared": twin.compared,
         "detections": [one for one in detections if one is not None],
         "trends": [
-            {"name": name.replace("_", " "),
+            {"name": plain_name(name),
              "points": [[round(point.time, 1), *map(_finite, point.numbers[name])]
                         for point in points if name in point.numbers]}
             for name in _TRENDS
@@ -45,7 +47,7 @@ def _gap_json(name: str, quick: float, gap: float, slow: float, threshold: float
     limit = f"of {threshold:.2f}" if math.isfinite(threshold) else "(no threshold yet)"
     shown = f"{_number(gap)} {limit}"
     return {
-        "name": name.replace("tool_face", "toolface").replace("_", " "),
+        "name": plain_name(name),
         "share": share(gap),
         "quick": share(quick),
         "slow": share(slow),
@@ -70,7 +72,7 @@ def _detection_json(one: Mapping[str, Any], units: Units) -> dict[str, Any] | No
 def detection_label(one: Mapping[str, Any], units: Units = SI) -> str:
     """What a detection is called: its effects; else those suspected; else what was seen."""
     effects, suspected = (
-        ", ".join(str(name).replace("_", " ") for name in one.get(key) or ()) for key in ("effects", "suspected")
+        ", ".join(plain_name(str(name)) for name in one.get(key) or ()) for key in ("effects", "suspected")
     )
     if effects:
         return effects

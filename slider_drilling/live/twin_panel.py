@@ -13,6 +13,7 @@ from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.page_requests import DiagnoseNow, PageRequest, SetParameter
 from slider_drilling.live.state import LiveParameter, LiveState, zero_meaning
 from slider_drilling.live.twin_frame import detection_label, twin_json
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Units
 
 
@@ -58,8 +59,9 @@ class TwinPanel:
         self._fact.set_text(self._fact_text(freshness))
         self._fact.classes(replace=f"sd-fact sd-{'fresh' if freshness is None else freshness.value}")
         self._canvases.classes(replace="sd-twin sd-" + ("fresh" if freshness is None else freshness.value))
-        for button in (self._diagnose, self._use):
-            button.set_enabled(freshness is not None)
+        # Without a twin nothing looks for a gap: an empty strip "no change detected" would say that none is there.
+        for part in (self._diagnose, self._use, self._canvases):
+            part.set_visibility(freshness is not None)
         if twin.revision != self._shown:
             self._shown = twin.revision
             self._canvases.show(twin_json(twin, 0.0 if latest is None else latest.time, self._units))
@@ -75,7 +77,7 @@ class TwinPanel:
         open_ones = [one for one in twin.detections() if not one.get("ended")]
         state = str(said.get("state", "watching")) + (f": {said['note']}" if said.get("note") else "")
         if not open_ones:
-            return f"{state}; no change"
+            return f"{state}; no change" if twin.compared else state
         many = f"{len(open_ones)} changes, the last" if len(open_ones) > 1 else "one change"
         return f"{state}; {many}: {detection_label(open_ones[-1], self._units)}"
 
@@ -99,7 +101,7 @@ class TwinPanel:
         unit, size = self._display(change.parameter)
         suffix = "" if unit == "-" else f" {unit}"
         now = zero_meaning(change.parameter) or f"{change.parameter.value * size:.4g}{suffix}"
-        return f"{change.parameter.name.replace('_', ' ')}: {now} becomes {change.value * size:.4g}{suffix}"
+        return f"{plain_name(change.parameter.name)}: {now} becomes {change.value * size:.4g}{suffix}"
 
     def _use_changes(self, changes: list[CalibratedParameter]) -> None:
         self._dialog.close()

@@ -167,6 +167,11 @@ class TwinState:
         with self._lock:
             return self._diagnosis
 
+    @property
+    def compared(self) -> bool:
+        """Whether the twin has learnt the rig, so that a change would show."""
+        return bool(self.diagnosis().get("compared"))
+
     def detections(self) -> list[dict[str, Any]]:
         """The detections, newest last."""
         found = self.diagnosis().get("detections", [])

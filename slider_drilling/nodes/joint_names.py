@@ -8,11 +8,12 @@ from typing import Any
 
 from slider_drilling.messages.topics import Topic
 from slider_drilling.nodes.parameters import NodeParameter
+from slider_drilling.plain_names import plain_name
 
 # The joint's name in the registry of topics -> its parameter.
 _PARAMETERS = {"top_drive": "top_drive_joint", "block": "block_joint", "mud_pump": "pump_joint"}
 JOINT_NAMES = tuple(
-    NodeParameter(parameter, joint, f"name of the {joint.replace('_', ' ')}'s joint in messages")
+    NodeParameter(parameter, joint, f"name of the {plain_name(joint)}'s joint in messages")
     for joint, parameter in _PARAMETERS.items()
 )
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from slider_drilling.messages.health import Level, Status
+from slider_drilling.nodes.twin_word import NOT_COMPARED
+from slider_drilling.plain_names import plain_name
 from slider_drilling.twin import Detection, TwinReport
 
 # Where effects act, and the hydraulics, where faults of the circulation do.
@@ -59,7 +61,7 @@ def _site(site: str, found: Iterable[Detection], start: float, report: TwinRepor
     present = [one for one in found if one.ended is None]
     gaps = _gaps(report, {one.channel for one in present})
     if not present:
-        return Status(Level.OK, site, "no change", gaps)
+        return Status(Level.OK, site, "no change" if report.compared else NOT_COMPARED, gaps)
     last = present[-1]
     low, high = last.interval
     values = (("since_s", f"{start + last.since:.1f}"), ("since_low_s", f"{start + low:.1f}"),
@@ -81,7 +83,7 @@ def describe(detection: Detection, start: float) -> str:
 
 
 def _words(names: Iterable[str]) -> str:
-    return ", ".join(name.replace("_", " ") for name in names)
+    return ", ".join(plain_name(name) for name in names)
 
 
 def _gaps(report: TwinReport, channels: Iterable[str]) -> tuple[tuple[str, str], ...]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from slider_drilling.messages.health import Level, Status
 
 TWIN = "twin"
+NOT_COMPARED = "not compared yet: the twin learns the rig"
+"""What a twin says of every site before it could see a change."""
 SITES = ("hydraulics", "motor", "bit")  # where washouts, plugged nozzles and stalls show
 EFFECTS = ("washout", "plugged_nozzle", "motor_stall", "motor_wear")
 OLD_AFTER = 5.0  # s of wall time: five of the twin's periods
@@ -55,10 +57,16 @@ class TwinWord:
         said = [word for word in self._words.values() if word.status.level > Level.OK]
         age = now - max(word.at for word in self._words.values())
         values = (("age_s", f"{age:.0f}"), *((word.status.name, word.status.message) for word in said))
-        message = "; ".join(word.status.message for word in said) or "sees no washout, plugged nozzle or motor fault"
+        message = "; ".join(word.status.message for word in said) or self._nothing_wrong()
         old = f" ({age:.0f} s ago; silent since)" if age > OLD_AFTER else ""
         level = Level.WARN if said else Level.OK
         return [Status(level, TWIN, f"the twin {'says: ' if said else ''}{message}{old}", values)]
+
+    def _nothing_wrong(self) -> str:
+        """What there is to say where no word is a warning."""
+        if any(word.status.message == NOT_COMPARED for word in self._words.values()):
+            return "learns the rig: it would see no fault yet"
+        return "sees no washout, plugged nozzle or motor fault"
 
 
 def _concerns(subject: str, status: Status) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from slider_drilling.pages import Bars, BulletList, Chart, Headline, Line, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, PURPLE, RED, SKY
 from slider_drilling.pages.page import Cell, Tone
+from slider_drilling.plain_names import plain_name
 from slider_drilling.slide_scenarios.contenders import ABOUT, BASELINES, INFORMED, ORACLE, UNDER_TEST, UPPER_BOUNDS
 from slider_drilling.slide_scenarios.report import information_costs, set_after
 from slider_drilling.slide_scenarios.run import ScenarioResult
@@ -107,7 +108,7 @@ def _scenario(row: dict[str, ScenarioResult]) -> Section:
     events = row[UNDER_TEST].trace.events
     if events:
         lines = tuple(
-            (time, level, name.replace("_", " "), quantities_in(message)) for time, level, name, message in events
+            (time, level, plain_name(name), quantities_in(message)) for time, level, name, message in events
         )
         items.append(Table(("time, s", "level", "status", "message"), lines, "Messages of the controller"))
     return Section(scenario.name, tuple(items), collapsed=True)

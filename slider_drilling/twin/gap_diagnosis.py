@@ -26,6 +26,7 @@ def gap_diagnosis(
         "schema": SCHEMA,
         "state": report.state,
         "note": report.note,
+        "compared": report.compared,
         "detections": [_detection(one, start) for one in report.detections],
         "answered": None if answered is None else start + answered,
         "answer": answer,

@@ -116,6 +116,10 @@ class Detection:
         }  # fmt: skip
 
 
+COMPARING = ("watching", "operation")
+"""States of a twin that has learnt its rig."""
+
+
 @dataclass(frozen=True)
 class TwinReport:
     """The twin after one second more of the rig.
@@ -142,6 +146,11 @@ class TwinReport:
     trends: Mapping[str, Trend] = field(default_factory=dict)
     forecast: Forecast | None = None
     detections: tuple[Detection, ...] = ()
+
+    @property
+    def compared(self) -> bool:
+        """Whether the rig is learnt, so that a change would show."""
+        return self.state in COMPARING
 
     def as_json(self) -> dict[str, Any]:
         """The line of `slider-drilling watch --json`; what is unknown is None."""

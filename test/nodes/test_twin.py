@@ -26,6 +26,7 @@ from slider_drilling.messages.topics import GAP_DIAGNOSIS, TWIN_TOPICS
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
+from slider_drilling.nodes.twin_word import NOT_COMPARED
 from slider_drilling.rig import dump_rig, parse_rig
 from slider_drilling.twin import Detection
 
@@ -41,8 +42,8 @@ def test_log_holds_what_twin_says_and_controller_outlives_it(start, listener, tm
     start("rocking_controller", use_sim_time=True)
     start("friction_simulator", elements=20, wait_for_controller=True, speed=5.0, minimum_subscribers=4)
     listener.until_status("twin: measurements", OK, "every channel is there")
-    listener.until_status("twin: hydraulics", OK, "no change")
-    listener.until_status("rocking_controller: twin", OK, "sees no washout")
+    listener.until_status("twin: hydraulics", OK, "not compared yet")
+    listener.until_status("rocking_controller: twin", OK, "learns the rig")
     assert listener.call(Trigger, "twin/recalibrate").success
     # A busy machine may connect a topic seconds after the others.
     log = next(folder.glob("*.mcap"))
@@ -129,7 +130,7 @@ def test_twin_reports_on_the_rigs_clock(make_twin, heard):
     assert node.twin.report.time == pytest.approx(7.9), "s since its start"
     sites = {"contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor"}
     assert set(heard[-1]) == {"measurements", "state"} | sites
-    assert all(heard[-1][site].message == "no change" for site in sites)
+    assert all(heard[-1][site].message == NOT_COMPARED for site in sites)
     assert heard[-1]["state"].message.startswith("learning")
 
 

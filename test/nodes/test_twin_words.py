@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes.twin_statuses import TwinHealth, twin_statuses
-from slider_drilling.nodes.twin_word import FORGOTTEN_AFTER, TwinWord
+from slider_drilling.nodes.twin_word import FORGOTTEN_AFTER, NOT_COMPARED, TwinWord
 from slider_drilling.twin import ChannelState, Detection, Trend, TwinReport
 from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
@@ -115,6 +116,15 @@ def said(*detections: Detection) -> list[Status]:
 def test_no_twin_gives_no_status(word: TwinWord) -> None:
     word.take([Status(Level.ERROR, "recorder: log", "full"), Status(Level.ERROR, "a_twin: motor", "hot")])
     assert word.statuses() == []
+
+
+def test_a_twin_that_learns_sees_no_fault_yet(word: TwinWord) -> None:
+    learning = replace(report(), state="learning")
+    statuses = twin_statuses(learning, START, HEALTH)
+    assert {one.message for one in statuses if one.name != "state"} == {NOT_COMPARED}
+    word.take([Status(one.level, f"twin: {one.name}", one.message, one.values) for one in statuses])
+    (status,) = word.statuses()
+    assert (status.level, status.message) == (Level.OK, "the twin learns the rig: it would see no fault yet")
 
 
 def test_controller_repeats_a_washout(word: TwinWord) -> None:

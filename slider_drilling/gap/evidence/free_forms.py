@@ -27,6 +27,7 @@ from slider_drilling.gap.search.least_squares import (
     scaled_offsets,
 )
 from slider_drilling.gap.selection.state import FittedModel
+from slider_drilling.plain_names import plain_name
 from slider_drilling.process.parallel_map import parallel_map
 
 # Coefficients of a curve over a sensor's reading.
@@ -182,7 +183,7 @@ def _sensor_site(problem: Problem, piece: Piece) -> str:
 
 def _name_of(problem: Problem, piece: Piece) -> str:
     of_run = f" in run {piece.run + 1}" if len(problem.model.runs) > 1 else ""
-    return f"{piece.name.replace('_', ' ')}{of_run}"
+    return f"{plain_name(piece.name)}{of_run}"
 
 
 def _sensor_curve(problem: Problem, piece: Piece, site: str, over: str, values: Array, unit: str) -> _LinearForm:

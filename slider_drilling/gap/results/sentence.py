@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from slider_drilling.gap.evidence.adequacy import HARDLY_MORE_THAN_NOISE
+from slider_drilling.plain_names import plain_name
 
 
 def verdict_sentence(
@@ -40,7 +41,7 @@ def verdict_sentence(
     """
     nominal, calibrated, with_effects, threshold = gaps
     final = calibrated if math.isnan(with_effects) else with_effects
-    fed = f"with the measured {fed_back.replace('_', ' ')} fed back " if fed_back else ""
+    fed = f"with the measured {plain_name(fed_back)} fed back " if fed_back else ""
     figures = f"E {fed}{nominal:.2f} as given, {calibrated:.2f} calibrated"
     figures += "" if math.isnan(with_effects) else f", {with_effects:.2f} with it"
     figures += f"; up to {threshold:.2f} counts as no gap"

@@ -46,7 +46,7 @@ export function drawTimeLine(canvas, twin) {
       { size: 10, colour: c.faint, align: back ? (at < left + 24 ? "left" : "center") : "right" });
   }
   if (!rows.length) {
-    return text(pen, "no change detected", (left + right) / 2, height / 2 - 10, { size: 13, colour: c.faint, align: "center" });
+    return text(pen, twin.compared ? "no change detected" : "not compared yet", (left + right) / 2, height / 2 - 10, { size: 13, colour: c.faint, align: "center" });
   }
   rows.forEach((one, k) => drawDetection(pen, c, one, x, now, top + k * 38, left, right));
   if (twin.detections.length > rows.length) {
