@@ -8,8 +8,8 @@ import pytest
 
 from slider_drilling.api.rigs import load_rig
 from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
-from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.gap.model import Parameter
 from slider_drilling.rig import Assumption, Rig, check_rig
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.drill_string import READINGS, direction_of_block, read_hook_load, read_torque
 from slider_drilling.diagnosis.nuisance import hook_load_reading, nuisance_parameters, torque_reading
+from slider_drilling.diagnosis.readings import READINGS, direction_of_block, read_hook_load, read_torque
 from slider_drilling.drillstring import Commands
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.control import SlideController
 from slider_drilling.diagnosis.catalogue import catalogue
-from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.drillstring.recorded_channels import Response, require_finite
 from slider_drilling.drillstring.sensors import quantise

@@ -11,7 +11,7 @@ from slider_drilling.blind.foreign.instruments import as_read
 from slider_drilling.blind.foreign.plant import ForeignPlant, slow_changes
 from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.blind.plant_law import OperatingPoint, PlantLaw
-from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.drillstring import Commands, InitialState, Modifiers, Plant, Response
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig

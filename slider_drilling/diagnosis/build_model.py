@@ -10,11 +10,12 @@ import numpy as np
 from slider_drilling.diagnosis.assumed_priors import with_assumed_spreads
 from slider_drilling.diagnosis.catalogue import catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.channel_wander import channel_wander
-from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
+from slider_drilling.diagnosis.drill_string import MESHES, DrillString
 from slider_drilling.diagnosis.drilling_programmes import surface_channels
 from slider_drilling.diagnosis.hook_load_lines import tool_frequencies, wave_periods
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
+from slider_drilling.diagnosis.rig_values import depth_probes
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, check_user_effects, checked_effect
 from slider_drilling.effects import EFFECTS

@@ -9,10 +9,11 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model, model_without_logs
 from slider_drilling.diagnosis.build_result import with_engine_result
-from slider_drilling.diagnosis.drill_string import DrillString, rig_with
+from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.diagnosis.warm_start import calibration_start, with_earlier_starts
 from slider_drilling.errors import InputError

@@ -16,7 +16,6 @@ from slider_drilling.diagnosis.drilling_programmes import (
 from slider_drilling.diagnosis.free_forms import (
     bit_torque_factor,
     catalogue_free_forms,
-    contact_with,
     disturbance_key,
     disturbed_commands,
     friction_factor,
@@ -24,18 +23,23 @@ from slider_drilling.diagnosis.free_forms import (
 )
 from slider_drilling.diagnosis.nuisance import (
     conditional_nuisance,
-    hook_load_reading,
     reported_nuisance,
-    torque_reading,
     with_reported_nuisance,
 )
-from slider_drilling.diagnosis.rig_changes import with_rig_changes
+from slider_drilling.diagnosis.readings import (
+    READINGS,
+    direction_of_block,
+    read_hook_load,
+    read_torque,
+    sample_channel,
+    sensor_lag,
+)
+from slider_drilling.diagnosis.rig_values import initial_state_with, rig_with
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Commands, InitialState, Modifiers, Observer, Response, simulate_batch
-from slider_drilling.effects import Effects
+from slider_drilling.drillstring import Modifiers, Observer, Response, simulate_batch
 from slider_drilling.gap.model import (
     Array,
     Effect,
@@ -45,10 +49,8 @@ from slider_drilling.gap.model import (
     SimulationOptions,
     Values,
 )
-from slider_drilling.rig import FrictionInterval, Rig
+from slider_drilling.rig import Rig
 
-# Parameters that the plant does not know: they act on readings alone.
-READINGS = frozenset(parameter.name for parameter in (*hook_load_reading(), *torque_reading()))
 # Elements of the string at each fidelity.
 MESHES = (32, 100, 160)
 
@@ -264,160 +266,3 @@ class DrillString:
             bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,
         )[0]  # fmt: skip
-
-
-_NEUTRAL_READING = (("gain", 1.0), ("offset", 0.0), ("delay", 0.0))
-# m/s of block speed, below which the friction of the sheaves is not fully turned round. A choice, for which no number
-# was found in print: a fifth of the speed of lowering at 9 m/h, so that a block that drills has all of it.
-SHEAVE_REVERSAL_SPEED = 5e-4
-
-
-def direction_of_block(commands: Commands, time: Array) -> Array:
-    """(n,) from -1, raised, to 1, lowered, at the times, s."""
-    return np.tanh(np.interp(time, commands.time, commands.block_speed) / SHEAVE_REVERSAL_SPEED)
-
-
-def read_hook_load(load: Array, moving: Array, values: Values) -> Array:
-    """The hook load as it is read at the dead line.
-
-    Args:
-        load: (n,) N, at the hook.
-        moving: (n,) direction of the block, see `direction_of_block`.
-        values: Calibrated values of `hook_load_reading`.
-    """
-    values = with_rig_changes(values)
-    gain, offset = values.get("hook_load_gain", 1.0), values.get("hook_load_offset", 0.0)
-    return np.asarray(gain * load + offset - values.get("sheave_friction", 0.0) * moving)
-
-
-def read_torque(torque: Array, time: Array, values: Values) -> Array:
-    """Surface torque as it is read.
-
-    Args:
-        torque: (n,) N m, at the sensor.
-        time: (n,) s.
-        values: Calibrated values of `torque_reading`.
-    """
-    gain, offset, delay = (values.get(f"torque_{name}", neutral) for name, neutral in _NEUTRAL_READING)
-    if (gain, offset, delay) == (1.0, 0.0, 0.0):
-        return torque
-    late = np.interp(time - delay, time, torque) if delay != 0.0 else torque
-    return np.asarray(gain * late + offset)
-
-
-def initial_state_with(values: Values, before: InitialState) -> InitialState:
-    """The initial state with fitted values; before: without them."""
-    start = replace(before, twist=values.get("start_twist", 0.0), tool_face_offset=values.get("tool_face_offset", 0.0))
-    if not before.loaded:
-        return start
-    weight = max(before.weight_on_bit + values.get("start_weight", 0.0), 0.0)
-    drag = min(max(before.axial_friction_share + values.get("start_drag", 0.0), -1.0), 1.0)
-    hold = values.get("start_hold", 0.0)
-    return replace(start, weight_on_bit=weight, axial_friction_share=drag, tangential_friction_share=hold)
-
-
-def rig_with(rig: Rig, values: Values) -> Rig:
-    """The rig with nuisance multiples and effect parameters; values that are not the rig's are ignored.
-
-    If the file has one friction for the whole hole, ``friction_2`` is that of its lower half.
-    """
-    values = with_rig_changes(values)
-    intervals = rig.well.friction_intervals or (FrictionInterval(rig.string.length, 1.0),)
-    if len(intervals) == 1 and "friction_2" in values:
-        intervals = (FrictionInterval(0.5 * rig.string.length, intervals[0].factor), *intervals)
-    scaled = [
-        replace(interval, factor=interval.factor * values.get(f"friction_{index + 1}", 1.0))
-        for index, interval in enumerate(intervals)
-    ]
-    string, motor, hydraulics = rig.string, rig.motor, rig.hydraulics
-    calibrated = replace(
-        rig,
-        well=replace(rig.well, friction_intervals=with_probes(tuple(scaled), rig.string.length, values)),
-        string=replace(
-            string,
-            shear_modulus=string.shear_modulus * values.get("torsional_stiffness", 1.0),
-            axial_damping=string.axial_damping * values.get("axial_damping", 1.0),
-            torsional_damping=string.torsional_damping * values.get("torsional_damping", 1.0),
-            weight_factor=string.weight_factor * values.get("string_weight", 1.0),
-            contact_radius_factor=string.contact_radius_factor * values.get("contact_radius", 1.0),
-        ),
-        contact=contact_with(rig.contact, values),
-        bit=replace(
-            rig.bit,
-            aggressiveness=rig.bit.aggressiveness * values.get("bit_aggressiveness", 1.0),
-            depth_of_cut_stiffness=rig.bit.depth_of_cut_stiffness * values.get("bit_stiffness", 1.0),
-        ),
-        motor=replace(
-            motor,
-            torque_per_pressure=motor.torque_per_pressure * values.get("motor_gain", 1.0),
-            leak=motor.leak * values.get("motor_leak", 1.0),
-        ),
-        hydraulics=replace(
-            hydraulics,
-            reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0),
-            lag=hydraulics.lag * values.get("pressure_lag", 1.0),
-        ),
-    )
-    return replace(calibrated, effects=_effects_with(calibrated, to_user(values, string.length)))
-
-
-def _effects_with(rig: Rig, values: Values) -> Effects:
-    blocks: dict[str, dict[str, float]] = {}
-    for name, value in values.items():
-        effect, dot, parameter = name.partition(".")
-        if dot and hasattr(rig.effects, effect):
-            blocks.setdefault(effect, {})[parameter] = value
-    changed = {name: replace(getattr(rig.effects, name), **block) for name, block in blocks.items()}
-    return replace(rig.effects, **changed)
-
-
-def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:
-    """Friction multipliers (parameter, from, to) of equal stretches of a hole; length: m."""
-    edges = np.linspace(0.0, length, count + 1)
-    return tuple(
-        (Parameter(f"probe_{index}", 1.0, 0.1, 5.0, 0.2), float(edges[index]), float(edges[index + 1]))
-        for index in range(count)
-    )
-
-
-def with_probes(intervals: tuple[FrictionInterval, ...], length: float, values: Values) -> tuple[FrictionInterval, ...]:
-    """Friction intervals, cut at the edges of the probes among the values and multiplied by them."""
-    probes = [(low, high, values[p.name]) for p, low, high in depth_probes(length) if p.name in values]
-    if not probes:
-        return intervals
-    edges = sorted(
-        {interval.to for interval in intervals} | {e for low, high, _ in probes for e in (low, high) if e > 0}
-    )
-    cut = []
-    for edge in edges:
-        factor = next(interval.factor for interval in intervals if interval.to >= edge - 1e-9)
-        for low, high, multiple in probes:
-            if low < edge <= high + 1e-9:
-                factor *= multiple
-        cut.append(FrictionInterval(edge, factor))
-    return tuple(cut)
-
-
-def sensor_lag(rig: Rig, channel: str) -> float:
-    """First-order lag, s, of a surface sensor by the rig file; 0 for the toolface."""
-    sensor = getattr(rig.sensors, channel, None)
-    return float(sensor.lag) if sensor is not None else 0.0
-
-
-def sample_channel(response: Response, channel: str, times: Array, lag: float) -> Array:
-    """A channel as its sensor shows it: (n,) at the sensor's times, s, behind its first-order lag, s."""
-    values = getattr(response, channel)
-    if lag > 0.0:
-        values = _lagged(response.time, values, lag)
-    if times.size == response.time.size and np.array_equal(times, response.time):
-        return np.asarray(values)
-    return np.interp(times, response.time, values)
-
-
-def _lagged(time: Array, values: Array, lag: float) -> Array:
-    kept = np.exp(-np.diff(time) / lag)
-    out = np.empty_like(values)
-    out[0] = values[0]
-    for index, share in enumerate(kept):
-        out[index + 1] = share * out[index] + (1.0 - share) * values[index + 1]
-    return out

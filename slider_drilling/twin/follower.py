@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.diagnosis.drill_string import direction_of_block
+from slider_drilling.diagnosis.readings import direction_of_block
 from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.drillstring.kernel_arrays import CHANNELS as PLANT_CHANNELS
 from slider_drilling.drillstring.plant_bank import PlantBank

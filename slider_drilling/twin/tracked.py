@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.rig import FrictionInterval, Rig
 
 

@@ -10,7 +10,7 @@ from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.blind.slides.beginnings import Beginning
 from slider_drilling.blind.slides.case import SlideCase
 from slider_drilling.control.interface import Measurements, RigCommand
-from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.drillstring import GroundTruth, InitialState, Modifiers
 from slider_drilling.rig import Rig
 

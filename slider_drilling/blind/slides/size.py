@@ -11,7 +11,7 @@ from slider_drilling.blind.sealed_plant import INTERVAL_S
 from slider_drilling.blind.slides.beginnings import Beginning
 from slider_drilling.blind.slides.case import SlideCase
 from slider_drilling.control.interface import Measurements
-from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.drillstring import Commands, Response, simulate_batch
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
