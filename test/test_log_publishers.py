@@ -248,7 +248,7 @@ def refusal(path: Path) -> str:
 
 
 @pytest.mark.parametrize(("names", "columns", "why"), [
-    ([], [0, 1], "2 joints without names: which is top_drive cannot be told"),
+    ([], [0, 1], "2 joints without names: which is top_drive is unknown"),
     ([], [0, 1, 2], "3 joints without names"),
     (["a", "b"], [0, 1], "joints a, b, none named top_drive"),
     (["top_drive"], [0, 1], r"1 joint names (top_drive) for 2 values"),

@@ -188,7 +188,7 @@ def law_of_size(
         wanted: Size, in noise floors.
         rig: As its file states it.
         perturbation: How the plant's numbers differ from the file.
-        commands: Of the run that the size is told in.
+        commands: Of the run that the size is measured in.
         neutral: Response of that run without the law.
         seed: Of the law's own draws.
     """

@@ -168,10 +168,11 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         for line in running.stderr:
             click.echo(line, err=True, nl=False)
             last = line.strip() or last
-        told = running.stdout.read()
+        printed = running.stdout.read()
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
-    if running.returncode == 1 and told:
-        raise InputError(f"{programme}: aborted: {json.loads(told)['programme']['reason']}; its log so far: {folder}")
+    if running.returncode == 1 and printed:
+        reason = json.loads(printed)["programme"]["reason"]
+        raise InputError(f"{programme}: aborted: {reason}; its log so far: {folder}")
     if running.returncode or not logs:
         raise InputError(f"{programme}: the run ended with code {running.returncode}: {last}")
     shutil.copyfile(logs[-1], log)

@@ -80,14 +80,14 @@ def diagnose(
     idle = [checked.messages("uninformative") for checked in checks]
     remarks = _remarks_before_fit(diagnosis)
     if all(idle):
-        told = [*remarks, *(text for texts in idle for text in texts)]
+        notes = [*remarks, *(text for texts in idle for text in texts)]
         try:
             reason = f"the {'log allows' if len(logs) == 1 else 'logs allow'} no conclusion"
             asked = recommend_first_run(model_without_logs(rig, _TEST_S), reason, seed)
         except ValueError as error:
             asked = None
-            told.append(f"no test can be planned: {error}")
-        return replace(diagnosis, remarks=tuple(told), next_manoeuvre=asked)
+            notes.append(f"no test can be planned: {error}")
+        return replace(diagnosis, remarks=tuple(notes), next_manoeuvre=asked)
     prepared = build_model([checked.log for checked in checks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)

@@ -91,7 +91,7 @@ def _numbers(tree: Mapping[str, Any]) -> dict[str, float]:
 
 
 def knowledge_of(answer: EarlierAnswer, logs: Sequence[RigLog], rig: Rig) -> tuple[DrillString, Knowledge]:
-    """The model of an answer's logs, and what they have told.
+    """The model of an answer's logs, and what they tell.
 
     Args:
         answer: An answer with explanations.

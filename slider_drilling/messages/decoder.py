@@ -374,7 +374,7 @@ class TopicDecoder:
         return tuple(first + 8 * index if 0 < count == joints else -1 for first, count in found)
 
     def _joint_index(self, names: list[str], joints: int) -> int:
-        """Which joint of a message is the topic's. Raises InputError where that cannot be told.
+        """Which joint of a message is the topic's. Raises InputError where that is unknown.
 
         Args:
             names: Of the joints; may be empty.
@@ -388,7 +388,7 @@ class TopicDecoder:
         if names.count(wanted) == 1:
             return names.index(wanted)
         if not names and (joints > 1 or self._is_given):
-            raise InputError(f"{joints} joints without names: which is {wanted} cannot be told")
+            raise InputError(f"{joints} joints without names: which is {wanted} is unknown")
         if len(names) > 1:
             several = "several" if wanted in names else "none"
             raise InputError(f"joints {', '.join(names)}, {several} named {wanted}")

@@ -152,7 +152,7 @@ def _tool_face(log: LogContents, start: float, end: float) -> float:
 
 
 def _strokes(log: LogContents, start: float, end: float, is_signed: bool) -> tuple[float, float]:
-    """Half of the median stroke of the drive, rad, and the period of rocking, s; NaN where they cannot be told."""
+    """Half of the median stroke of the drive, rad, and the period of rocking, s; NaN if not identified."""
     assert log.top_drive is not None
     inside = (log.top_drive.time >= start) & (log.top_drive.time <= end) & np.isfinite(log.top_drive.position)
     angle, time = log.top_drive.position[inside], log.top_drive.time[inside]

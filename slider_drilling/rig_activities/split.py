@@ -120,7 +120,7 @@ def _measured_depth(
 def _notes(channels: SurfaceChannels, block_weight: float) -> tuple[str, ...]:
     notes = []
     if not channels.is_signed:
-        notes.append("The top drive's speed has no sign: rocking is told from rotation by how much it varies.")
+        notes.append("The top drive's speed has no sign: rocking is distinguished from rotation by how much it varies.")
     if np.isnan(block_weight):
         notes.append("The hook load never falls to that of the block alone: no connections were found.")
     lost = int((~channels.recorded).sum())

@@ -15,7 +15,7 @@ Mask = NDArray[np.bool_]
 MAX_HOLE = 30.0
 """s without a sample after which the recording is taken as interrupted; a 1 Hz recorder skips a few samples."""
 MIN_DURATION = 60.0
-"""s; a shorter log holds no activity that could be told from its neighbours."""
+"""s; a shorter log holds no activity that could be distinguished from its neighbours."""
 PUMPING_SHARE = 0.2
 """Share of the usual pump speed or pressure above which the pumps run; a stopping pump passes it within seconds."""
 

@@ -25,8 +25,8 @@ def plan_page(plan: Plan, units: Units, block_weight: float = 0.0) -> Page:
     rows = tuple(tuple(cell(column, row, units) for column in shown) for row in plan.rows)
     charts = plan_charts(plan) if len(plan.rows) > 1 else ()
     sections = (Section("How to rock", (Table(heads, rows),)), *((Section("Over depth", charts),) if charts else ()))
-    told = tuple((name, units.convert_text(text)) for name, text in facts(plan))
-    return Page("Rocking plan", title(plan, units), sections, told, notes=notes(plan))
+    shown_facts = tuple((name, units.convert_text(text)) for name, text in facts(plan))
+    return Page("Rocking plan", title(plan, units), sections, shown_facts, notes=notes(plan))
 
 
 def plan_charts(plan: Plan) -> tuple[Chart, ...]:

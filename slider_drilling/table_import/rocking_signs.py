@@ -20,7 +20,7 @@ _MIN_LOST, _MIN_FLIPS = 0.05, 4  # share of samples that turn negative, and chan
 # Costs in units of the winding of one sample: of a step of the signal by its own size within a second, and of opposite
 # signs of speed and torque, which friction makes alike.
 _JUMP, _UNLIKE = 5.0, 0.2
-_TOLD = 0.75  # ratio of the costs of the best signs and of the opposite ones, up to which the signs are told
+_DISTINCT = 0.75  # ratio of the costs of the best signs and of the opposite ones, up to which the signs are identified
 _LOW, _SMALL = 0.35, 0.15  # of the 95 % quantile: below them a sample says little, or has no sign to speak of
 _REGULAR, _HIGH, _MIN_LOBES = 0.6, 0.25, 6
 
@@ -76,7 +76,7 @@ def _has_sign(values: Array) -> bool:
 
 
 def _restored(unsigned: Array, other: Array, of_speed: bool, interval: float) -> Array | None:
-    """The signal with its signs; None where they are not told, or none was lost."""
+    """The signal with its signs; None where they are not identified, or none was lost."""
     known = np.isfinite(unsigned) & np.isfinite(other)
     if np.count_nonzero(known) < _MIN_SAMPLES:
         return None
@@ -85,12 +85,12 @@ def _restored(unsigned: Array, other: Array, of_speed: bool, interval: float) ->
     if top <= 0.0 or scale <= 0.0:
         return None
     if of_speed:
-        signs, told = _signs_of_speed(size / top, signal / scale, interval)
+        signs, ratio = _signs_of_speed(size / top, signal / scale, interval)
     else:
-        signs, told = _signs_of_torque(size / top, signal / scale)
+        signs, ratio = _signs_of_torque(size / top, signal / scale)
     large = size > _SMALL * top
     lost = float(np.mean(signs[large] < 0.0)) if large.any() else 0.0
-    if told > _TOLD or lost < _MIN_LOST or np.count_nonzero(np.diff(signs)) < _MIN_FLIPS:
+    if ratio > _DISTINCT or lost < _MIN_LOST or np.count_nonzero(np.diff(signs)) < _MIN_FLIPS:
         return None
     result = np.full(unsigned.shape, np.nan)
     result[known] = signs * size

@@ -35,7 +35,7 @@ _NULLS = (-9999.0, -8888.0)
 
 
 def open_wits(path: Path, units: str) -> TableInMemory:
-    """The table of a WITS file; a row for each record. Raises InputError where the units are not told."""
+    """The table of a WITS file; a row for each record. Raises InputError where the units are not given."""
     return wits_table(_records(path), printable(str(path)), units)
 
 
@@ -48,7 +48,7 @@ def wits_table(records: list[tuple[int, dict[str, str]]], source: str, units: st
         units: "field" or "metric".
 
     Raises:
-        InputError: No item is known, the units are not told, or no record has a time.
+        InputError: No item is known, the units are not given, or no record has a time.
     """
     held = [item for item in ITEMS if any(item in record for _, record in records)]
     if not held:

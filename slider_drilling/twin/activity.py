@@ -54,11 +54,11 @@ class Activity:
         why: In words, where it cannot.
         period: s, of the rocking; of other work a stretch to average over.
         stretch: Number of the stretch of work.
-        begun: s, when that began.
+        stretch_start: s, when that began.
         comparable: Whether a window of one period belongs to the stretch alone, with the bit on bottom and the pump on.
         circulating: Whether it belongs to circulation alone: off bottom, and the pump is steady.
         hanging: Whether the string hangs still, too.
-        circulation_known: Whether what circulation has shown can be judged: the string hangs still, so that the bit
+        circulation_known: Whether what circulation has shown can be compared: the string hangs still, so that the bit
             cannot touch bottom unseen, or work off bottom has just ended.
         valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
         load: Weight on bit over the last rocking period, of its largest.
@@ -72,7 +72,7 @@ class Activity:
     why: str
     period: float
     stretch: int
-    begun: float
+    stretch_start: float
     comparable: bool
     circulating: bool
     hanging: bool

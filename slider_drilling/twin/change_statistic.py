@@ -104,7 +104,7 @@ class FeatureSeries:
         time: s, (n,), increasing.
         value: Noise levels, (n,).
         stretch: Number of the stretch of work, (n,).
-        begun: s, when that stretch began, (n,).
+        stretch_start: s, when that stretch began, (n,).
         window: s over which each value was taken, (n,).
         load, loading, steering, swing: The load, how it and the centre change, and the swing of the drive, see
             `activity.Activity`, (n,).
@@ -114,7 +114,7 @@ class FeatureSeries:
     time: Array
     value: Array
     stretch: Array
-    begun: Array
+    stretch_start: Array
     window: Array
     load: Array
     loading: Array
@@ -192,7 +192,7 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
 def _beginning(series: FeatureSeries, kind: str, interval: tuple[float, float], relaxing: float) -> str:
     """How a change began (`FeatureChange.beginning`); what an operation left relaxes for so many seconds."""
     last = np.flatnonzero(np.diff(series.stretch))  # values before what lies between two stretches
-    ended, relaxed = series.time[last], series.begun[last + 1] + relaxing
+    ended, relaxed = series.time[last], series.stretch_start[last + 1] + relaxing
     if np.any((interval[0] < relaxed) & (interval[1] > ended)):
         return "after_operation"
     if kind == "ramp":
@@ -207,7 +207,7 @@ def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) ->
     apart = np.abs(time[:, None] - time[None, :])
     drifted = (time - time[0]) / 600.0
     same = series.stretch[:, None] == series.stretch[None, :]
-    fresh = wander.fresh * np.exp(-(time - series.begun) / wander.fade)
+    fresh = wander.fresh * np.exp(-(time - series.stretch_start) / wander.fade)
     kept = np.exp(-apart / wander.memory)
     whole = (
         _LEVEL**2 + wander.short**2 * np.exp(-apart / wander.brief) + wander.slow**2 * kept

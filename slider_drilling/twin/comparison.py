@@ -58,14 +58,14 @@ class Comparison:
         interval = float(grid[1] - grid[0])
         return np.where(away <= _NEAR * interval, np.interp(grid, time, value), np.nan)
 
-    def update(self, history: History, values: Array, now: float, judged: bool) -> None:
+    def update(self, history: History, values: Array, now: float, usual: bool) -> None:
         """Take what has come in.
 
         Args:
             history: Of the plants.
             values: (p,) calibrated values.
             now: s.
-            judged: Whether the rig does what it usually does, so that its gaps say what is usual.
+            usual: Whether the rig does what it usually does, so that its gaps say what is usual.
         """
         end = now - self._delay
         found = history.window(end - 1.0 + 1e-6, end + 1e-6)
@@ -75,7 +75,7 @@ class Comparison:
                 innovation = self.measured(name, found.time) - found.at(values)[:, row]
                 self.gaps[name].add(end, innovation)
         self._take_tool_faces(history, values, now)
-        if judged:
+        if usual:
             for name in COMPARED:
                 gap = self.gaps[name].over(WINDOWS_S[1], now)
                 if math.isfinite(gap):

@@ -43,7 +43,7 @@ class _Value:
     time: float
     value: float
     stretch: int
-    begun: float
+    stretch_start: float
     window: float
     load: float
     loading: float
@@ -78,7 +78,7 @@ class ChangeDetector:
                 continue
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
-                time, feature.value, activity.stretch, activity.begun, activity.period, activity.load,
+                time, feature.value, activity.stretch, activity.stretch_start, activity.period, activity.load,
                 activity.loading, activity.steering, activity.swing, feature.sensitivity,
             ))  # fmt: skip
             while series[0].time < time - MEMORY_S:

@@ -126,7 +126,7 @@ class TwinReport:
 
     Attributes:
         time: s.
-        state: ``waiting`` for data, ``learning``, ``operation`` (what happens is no slide: nothing is judged) or
+        state: ``waiting`` for data, ``learning``, ``operation`` (what happens is no slide: nothing is compared) or
             ``watching``.
         note: Why, in words.
         samples: (n,) s, the times of the last second.

@@ -207,8 +207,8 @@ class Twin:
             self._history.clear()
             self.detector = self._new_detector(learner)
         now = float(grid[-1])
-        judged = learner.learnt and activity.comparable and not self._changed
-        self._comparison.update(self._history, learner.values, now, judged)
+        usual = learner.learnt and activity.comparable and not self._changed
+        self._comparison.update(self._history, learner.values, now, usual)
         self._look_for_changes(activity, now)
         self._diagnoser.update(now)
         self._look_ahead(activity, now)

@@ -66,7 +66,7 @@ def test_wander_alone_stays_below_threshold():
 def _two_stretches(seed, duration=600.0):
     series = _series(seed, duration)
     later = series.time > 300.0
-    return replace(series, stretch=later.astype(float), begun=np.where(later, 300.0, 0.0))
+    return replace(series, stretch=later.astype(float), stretch_start=np.where(later, 300.0, 0.0))
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -22,7 +22,7 @@ def _detector(levels):
             found = [Feature("standpipe_pressure", "mean", value, np.array([2.0])),
                      Feature("hook_load", "spread", 0.0, np.zeros(1)),
                      Feature("surface_torque", "mean", 0.0, np.zeros(1))]  # fmt: skip
-            detector.add(now, replace(_OFF, stretch=stretch, begun=600.0 * stretch, hanging=second < 30), found)
+            detector.add(now, replace(_OFF, stretch=stretch, stretch_start=600.0 * stretch, hanging=second < 30), found)
     return detector
 
 
@@ -41,7 +41,7 @@ def test_change_that_has_just_shown_waits_unless_the_stretch_is_over():
 def test_bit_that_touches_bottom_before_the_twins_is_no_change():
     """Within one stretch off bottom, the pressure may rise because the bit drills already."""
     detector = _detector([3.0, 3.0])
-    touching = replace(_OFF, stretch=1, begun=600.0)
+    touching = replace(_OFF, stretch=1, stretch_start=600.0)
     for second in range(60, 120, 5):
         detector.add(600.0 + second, touching, [Feature("standpipe_pressure", "mean", 15.0, np.array([2.0]))])
     assert detector.change(*_PRESSURE).evidence > 10.0

@@ -14,7 +14,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.twin import Forecast, TwinReport
 
 AHEAD_S = 60.0
-"""How far ahead a forecast is judged."""
+"""How far ahead a forecast is scored."""
 _WINDOW_S = 10.0  # s before that time, over which torque is compared
 
 
@@ -103,9 +103,9 @@ def _tool_face_errors(made: Forecast, log: RigLog, time: Array, given: Array) ->
     if end > made.time[-1]:
         return []
     change = math.remainder(float(mwd.position[last] - mwd.position[first]), 2.0 * math.pi)
-    told = float(np.interp(end, made.time, made.tool_face)) - float(mwd.position[first])
+    forecast_change = float(np.interp(end, made.time, made.tool_face)) - float(mwd.position[first])
     as_given = float(np.interp(end, time, given) - np.interp(begin, time, given))
-    return [tuple(math.remainder(x - change, 2.0 * math.pi) for x in (told, 0.0, as_given))]  # type: ignore[list-item]
+    return [tuple(math.remainder(x - change, 2.0 * math.pi) for x in (forecast_change, 0.0, as_given))]  # type: ignore[list-item]
 
 
 def _columns(rows: list[tuple[float, float, float]]) -> list[float | None]:

@@ -37,7 +37,7 @@ def campaign_table(scored: Sequence[ScoredSlide], watched: Sequence[WatchedSlide
     visible = [each for each in scored if each.visible]
     detected = [each for each in visible if each.detected]
     steps = [each for each in detected if each.step]
-    judged = [each for each in detected if each.verdict]
+    answered = [each for each in detected if each.verdict]
     return [
         TableRow("slides", f"{len(scored)}, {sum(each.truth == NOTHING for each in scored)} without anything"),
         _false_alarms(scored),
@@ -47,7 +47,7 @@ def campaign_table(scored: Sequence[ScoredSlide], watched: Sequence[WatchedSlide
                [abs(each.onset_error or 0.0) <= ONSET_TOLERANCE_S for each in steps], ">= 80 %"),
         _share(f"named (or its group) within {NAMED_WITHIN_S:.0f} s of detection",
                [each.right for each in detected], ">= 80 %"),
-        _share("wrong names, of answers", [each.wrong for each in judged], "<= 2 %"),
+        _share("wrong names, of answers", [each.wrong for each in answered], "<= 2 %"),
         *(_case(name, scored) for name in SIX_CASES),
         *_costs(watched),
         *_forecasts(watched),
@@ -119,7 +119,7 @@ def _forecasts(watched: Sequence[WatchedSlide]) -> list[TableRow]:
     def row(what: str, key: str, show: Callable[[float], str]) -> TableRow:
         twin, unchanged, given = (pooled(key + end, show) for end in ("", "_unchanged", "_uncalibrated"))
         return TableRow(
-            what, f"{twin}; as it is: {unchanged}; uncalibrated, told how the drives move: {given}", "below both"
+            what, f"{twin}; as it is: {unchanged}; uncalibrated, given the drives' motion: {given}", "below both"
         )
 
     return [

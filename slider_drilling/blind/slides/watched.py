@@ -69,7 +69,7 @@ class WatchedSlide:
     Attributes:
         log: File name.
         duration: s.
-        watched: s in which the twin judged what it saw; the rest it learnt or saw an operation.
+        watched: s in which the twin compared; the rest it learnt or saw an operation.
         detections: In their order.
         cpu_share: Processor time over the time of the slide, without diagnoses.
         diagnosis_cpu: s of processor time of every diagnosis, each a process of its own.

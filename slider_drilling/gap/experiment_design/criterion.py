@@ -93,8 +93,8 @@ def planned_information(knowledge: Knowledge, manoeuvre: Manoeuvre, shapes: Sequ
         for channel in model.runs[0].channels
     }
     problem = with_model_error(build_problem(model, [noise]), knowledge.model_error)
-    told = run_information(problem, knowledge.values, knowledge.parameters, changes, NEXT_RUN)
-    return told if knowledge.information is None else knowledge.information + told
+    of_run = run_information(problem, knowledge.values, knowledge.parameters, changes, NEXT_RUN)
+    return of_run if knowledge.information is None else knowledge.information + of_run
 
 
 def _declared_noise(channel: Channel) -> float:

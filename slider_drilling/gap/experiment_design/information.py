@@ -159,7 +159,7 @@ def run_information(
 def fitted_information(
     problem: Problem, simulated: Array, jacobian: Array, parameters: Sequence[Parameter], changes: Mapping[str, Array]
 ) -> Information:
-    """What logs have told, at a fit to them.
+    """What logs tell, at a fit to them.
 
     Args:
         problem: The problem.

@@ -118,7 +118,7 @@ def after_logs(state: SearchState, effects: Sequence[Effect]) -> Knowledge:
 
 
 def after_fit(model: Model, explanations: Sequence[Explanation]) -> Knowledge:
-    """What the logs of a model have told, where a search has explained them before.
+    """What the logs of a model tell, where a search has explained them before.
 
     Args:
         model: The model with its logs.
@@ -140,7 +140,7 @@ def _after(
     problem: Problem, found: Fit, named: Sequence[Effect], effects: Sequence[Effect],
     explanations: tuple[Explanation, ...],
 ) -> Knowledge:  # fmt: skip
-    """What logs have told at a fit that names some of the effects."""
+    """What logs tell at a fit that names some of the effects."""
     names = {effect.name for effect in named}
     others = tuple(effect for effect in effects if effect.name not in names)
     own = tuple(parameter for effect in named for parameter in effect.parameters)
