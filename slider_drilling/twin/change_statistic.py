@@ -69,6 +69,7 @@ class Wander:
         smallest: Change that is worth a detection.
         before: Values that are needed before a change.
         relaxing: s after an operation, in which what it left still relaxes.
+        fall: Evidence that a fall needs, where that is less; None if falls are as usual as rises.
     """
 
     short: float
@@ -89,10 +90,12 @@ class Wander:
     smallest: float
     before: int = 12
     relaxing: float = 150.0
+    fall: Thresholds | None = None
 
     def exceeded_by(self, change: FeatureChange) -> bool:
         """Whether a change is more than happens without one, and worth a detection."""
-        needed: float = getattr(self.thresholds, change.beginning)
+        thresholds = self.thresholds if self.fall is None or change.size >= 0.0 else self.fall
+        needed: float = getattr(thresholds, change.beginning)
         return change.evidence >= needed and abs(change.size) >= self.smallest
 
 

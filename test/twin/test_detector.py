@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity
 from slider_drilling.twin.change_statistic import Uncertainty
@@ -46,6 +47,17 @@ def test_bit_that_touches_bottom_before_the_twins_is_no_change():
         detector.add(600.0 + second, touching, [Feature("standpipe_pressure", "mean", 15.0, np.array([2.0]))])
     assert detector.change(*_PRESSURE).evidence > 10.0
     assert detector.test(*_PRESSURE, complete=True) is None
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_pressure_that_falls_off_bottom_is_a_change_within_one_stretch(sign):
+    """A bit that touches bottom raises the pressure; nothing but a change lets it fall."""
+    detector = _detector([3.0])
+    for second in range(60, 160, 5):
+        value = 3.0 + sign * 0.05 * (second - 60)
+        detector.add(float(second), replace(_OFF, stretch=0), [Feature(*_PRESSURE[1:], value, np.array([2.0]))])
+    alarm = detector.test(*_PRESSURE, complete=True)
+    assert (alarm is not None) == (sign < 0.0)
 
 
 def test_warmer_mud_is_no_change():
