@@ -11,6 +11,9 @@ from slider_drilling.gap.search.least_squares import Fit, fit, prior_weights
 
 TWO_SIDED_95, ONE_SIDED_95 = 1.96, 1.645
 """Standard deviations to either end of an interval that holds 95 %, or that leaves out 5 % at one end."""
+SPREAD_OF_ANSWERS = 2.0
+"""How much farther from the truth answers lie than a fit's own interval says: a search ends in a flat valley, and a rig
+differs from any model in ways that no fit shows. Of sealed plants of foreign structure, see the engine's constants."""
 # Finite-difference step of the conversion to user parameters, in a parameter's scale.
 _STEP = 1e-3
 
@@ -44,7 +47,9 @@ def parameter_intervals(
 
 
 def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
-    """95 % interval of each freed parameter, as `parameter_intervals`, with a Jacobian of the fit itself.
+    """95 % interval of each freed parameter in an answer, with a Jacobian of the fit.
+
+    It is `SPREAD_OF_ANSWERS` times as wide as the fit says.
 
     Nuisance that the log gave no reason to calibrate (`HasConditionalNuisance`) is still not known: here it is as free
     as its prior says. Otherwise what acts alike would seem better known where a log shows less.
@@ -58,7 +63,8 @@ def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tup
     unfitted = [each for effect in conditional for each in effect.parameters if each.name not in freed]
     parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
     known = set(user_values(problem, found.values))
-    intervals = parameter_intervals(problem, fit(problem, parameters, found.values, iterations=0))
+    again = fit(problem, parameters, found.values, iterations=0)
+    intervals = parameter_intervals(problem, again, SPREAD_OF_ANSWERS * TWO_SIDED_95)
     return {name: interval for name, interval in intervals.items() if name in known}
 
 
