@@ -18,7 +18,7 @@ from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals
+from slider_drilling.gap.results.intervals import ONE_SIDED_95, SPREAD_OF_ANSWERS, parameter_intervals
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection import evidence_tests, naming_criteria
 from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED, MIN_SHARE_OF_CAUSE, Evidence
@@ -131,7 +131,7 @@ def differs(times: float, material: float = 0.0, adequate: bool = False) -> Evid
     problem, found = fit_toy(toy({"sine": 4.0}, 3), ["sine"])
     low, high = parameter_intervals(problem, found, ONE_SIDED_95)["sine"]
     half = 0.5 * (high - low)
-    amplitude = half + times * material if material else times * half
+    amplitude = half + times * material if material else times * SPREAD_OF_ANSWERS * half
     found = replace(found, values=found.values | {"sine": amplitude})
     sine = replace(SINE, material={"sine": material} if material else {})
     fitted = model(scored(), effects=(sine,))

@@ -29,7 +29,13 @@ from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Effect, HasCoupledEffects
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget, model_error_size
 from slider_drilling.gap.problem.problem import Piece
-from slider_drilling.gap.results.intervals import ONE_SIDED_95, parameter_intervals, user_parameters, user_values
+from slider_drilling.gap.results.intervals import (
+    ONE_SIDED_95,
+    SPREAD_OF_ANSWERS,
+    parameter_intervals,
+    user_parameters,
+    user_values,
+)
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.selection.refit import check_adequacy
 from slider_drilling.gap.selection.state import FittedModel, SearchState
@@ -164,10 +170,12 @@ def is_material(evidence: Evidence) -> bool:
 def differs_from_none(evidence: Evidence) -> bool:
     """Whether the interval of each new effect's size leaves out none, or a fit without it is clearly worse.
 
-    The interval comes from the curvature at the fit. Where a law is not linear, or acts almost as another does, it says
-    less than a fit without the effect.
+    The interval comes from the curvature at the fit, and is as wide as answers scatter. Where a law is not linear, or
+    acts almost as another does, it says less than a fit without the effect.
     """
-    sizes = _sizes_beyond(evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0))
+    sizes = _sizes_beyond(
+        evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0), SPREAD_OF_ANSWERS
+    )
     return sizes or _gain_of_independent_errors(evidence) > _certain_gain(evidence)
 
 
@@ -205,16 +213,19 @@ def certainly_material(evidence: Evidence) -> bool:
     return _sizes_beyond(evidence, lambda effect: effect.material)
 
 
-def _sizes_beyond(evidence: Evidence, least: Callable[[Effect], Mapping[str, float]]) -> bool:
+def _sizes_beyond(
+    evidence: Evidence, least: Callable[[Effect], Mapping[str, float]], spread: float = 1.0
+) -> bool:
     """Whether a size of each new effect is beyond the least one, by its interval; coupled effects may not be.
 
     Args:
         evidence: The model with the effects.
         least: Of an effect, how far from none its sizes must be, by parameter; true if there are no such sizes.
+        spread: How many times as wide as the fit's the intervals are.
     """
     problem, found = evidence.fitted.problem, evidence.fitted.fit
     together = problem.model.coupled_effects if isinstance(problem.model, HasCoupledEffects) else ()
-    intervals = parameter_intervals(problem, found, ONE_SIDED_95)
+    intervals = parameter_intervals(problem, found, spread * ONE_SIDED_95)
     parameters = user_parameters(problem, found)
 
     def away(name: str) -> float:

@@ -317,7 +317,8 @@ CRITERIA: tuple[Criterion, ...] = (
     Criterion(
         name="more than none",
         stages=(Stage.END,),
-        test="90 % interval of the effect's size, with what the fit leaves beyond the noise; or a refit without it",
+        test="90 % interval of the effect's size, twice as wide as the fit's, for so far answers scatter; or a refit "
+        "without it",
         threshold="leaves out none; or the refit is worse than chance, at 10 %, where a channel counts as few "
         "independent numbers; effects that show only together (HasCoupledEffects) need not",
         message="beside the others its size may be none",
