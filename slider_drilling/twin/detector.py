@@ -8,13 +8,17 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from slider_drilling.twin.activity import Activity
+from slider_drilling.twin.activity import OFF_BOTTOM, Activity
 from slider_drilling.twin.change_statistic import FeatureChange, FeatureSeries, Uncertainty, likeliest_change
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.wander import wander_of
 
 MEMORY_S = 1800.0
+"""s for which values of work are kept."""
+# s for which those of circulation off bottom are kept: from one connection to the next. There are no more of them than
+# of work, for a test takes as long as the cube of their number.
+_OFF_BOTTOM_MEMORY_S, _MOST_VALUES = 14400.0, 360
 _SEEN_LATER_S = 10.0
 _CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
@@ -81,7 +85,8 @@ class ChangeDetector:
                 time, feature.value, activity.stretch, activity.stretch_start, activity.period, activity.load,
                 activity.loading, activity.steering, activity.swing, feature.sensitivity,
             ))  # fmt: skip
-            while series[0].time < time - MEMORY_S:
+            kept = _OFF_BOTTOM_MEMORY_S if activity.mode == OFF_BOTTOM else MEMORY_S
+            while series[0].time < time - kept or len(series) > _MOST_VALUES:
                 series.popleft()
 
     def recalibrated(self, moved: Array, uncertain: Uncertainty) -> ChangeDetector:

@@ -12,18 +12,18 @@ _PRESSURE = (OFF_BOTTOM, "standpipe_pressure", "mean")
 _OFF = Activity(OFF_BOTTOM, False, "off bottom", 8.0, 1, 0.0, False, True, True, True, np.inf)
 
 
-def _detector(levels):
-    """Off bottom twice, a minute each, at these pressures; the block is lowered at the end of each."""
+def _detector(levels, apart=600.0):
+    """Off bottom twice, a minute each, so many s apart at these pressures; the block is lowered at the end of each."""
     detector = ChangeDetector(Uncertainty(np.zeros((1, 1)), np.zeros((1, 1))))
     random = np.random.default_rng(0)
     for stretch, level in enumerate(levels):
         for second in range(0, 60, 5):
-            now = 600.0 * stretch + second
+            now = apart * stretch + second
             value = level + 0.1 * random.normal()
             found = [Feature("standpipe_pressure", "mean", value, np.array([2.0])),
                      Feature("hook_load", "spread", 0.0, np.zeros(1)),
                      Feature("surface_torque", "mean", 0.0, np.zeros(1))]  # fmt: skip
-            detector.add(now, replace(_OFF, stretch=stretch, stretch_start=600.0 * stretch, hanging=second < 30), found)
+            detector.add(now, replace(_OFF, stretch=stretch, stretch_start=apart * stretch, hanging=second < 30), found)
     return detector
 
 
@@ -31,6 +31,17 @@ def test_pressure_lost_between_two_stretches_off_bottom_is_a_change():
     alarm = _detector([3.0, -17.0]).test(*_PRESSURE, complete=True)
     assert alarm.kind == "mean" and alarm.change.beginning == "after_operation"
     assert 55.0 < alarm.change.since < 600.0 and abs(alarm.change.size + 20.0) < 4.0
+
+
+def test_pressure_lost_between_two_connections_is_a_change():
+    assert _detector([3.0, -27.0], apart=5400.0).test(*_PRESSURE, complete=True) is not None
+
+
+def test_long_circulation_keeps_as_many_values_as_work():
+    detector = _detector([3.0])
+    for second in range(60, 7200, 5):
+        detector.add(float(second), _OFF, [Feature(*_PRESSURE[1:], 3.0, np.array([2.0]))])
+    assert detector.series(*_PRESSURE).time.size == 360
 
 
 def test_change_that_has_just_shown_waits_unless_the_stretch_is_over():
