@@ -12,15 +12,23 @@ from slider_drilling.gap import Channel, LoggedRun, Manoeuvre, Parameter, Simula
 from slider_drilling.gap.experiment_design.criterion import planned_information, prospect
 from slider_drilling.gap.experiment_design.detectable_size import (
     POWER,
+    ProbedShape,
+    detectable_size,
     evidence_needed,
     noncentrality_needed,
     probed_shapes,
 )
-from slider_drilling.gap.experiment_design.information import Change, run_information
+from slider_drilling.gap.experiment_design.information import (
+    Change,
+    ChannelInformation,
+    Information,
+    run_information,
+)
 from slider_drilling.gap.experiment_design.knowledge import Explanation, after_fit, before_any_log
 from slider_drilling.gap.experiment_design.plan import plan_run
 from slider_drilling.gap.experiment_design.search import minimise
 from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.selection.evidence_tests import MIN_GAP
 
 FREE = ("level", "slope")
 
@@ -66,6 +74,20 @@ def test_model_error_hides_what_it_could_make():
 def test_power_is_reached_at_the_needed_noncentrality():
     needed = noncentrality_needed(2, 17)
     assert ncx2.sf(evidence_needed(2, 17), 2, needed) == pytest.approx(POWER, abs=1e-6)
+
+
+def test_power_at_the_size_that_just_makes_a_gap_is_neither_none_nor_certain():
+    (bend,) = [effect for effect in EFFECTS if effect.name == "bend"]
+    shape = ProbedShape(bend, ((1.0,), (2.0,)))
+    samples, squares = 400, np.array([1.0, 4.0])
+    force_channel = ChannelInformation(np.zeros((1, 1)), samples, 0.0)
+    known = Information(("bend",), 0, np.zeros((1, 1)), {"force": force_channel}, np.zeros(0))
+    powers = []
+    for gap in (0.3, 0.9, 1.0, 1.1, 2.0):
+        left = {"force": max(MIN_GAP, 3.0 * np.sqrt(2.0 / samples)) * gap * samples * squares}
+        powers.append(detectable_size(shape, 1e3 * squares, left, known, 1, 0.0).power)
+    assert powers == sorted(powers)
+    assert powers[0] < 0.05 and powers[2] == pytest.approx(0.5, abs=0.01) and powers[-1] > 0.95
 
 
 def test_detectable_size_is_mostly_named():

@@ -140,21 +140,23 @@ def detectable_size(
     """
     count = len(shape.effect.parameters)
     distances = np.array([shape.distance(point) for point in shape.points])
+    reference = shape.reference(material)
     evidence = evident_amplitude(shape, noncentralities, candidates)
-    gap = inf
+    gap, gap_power = inf, 0.0
     for name, channel in information.channels.items():
         if channel.samples:
             chance = 3.0 * sqrt(2.0 / channel.samples)
             least = max(MIN_GAP, channel.model_error / channel.samples, chance)
-            needed = _expected_gap(least, channel.samples)
-            gap = min(gap, _amplitude_at(distances, powers[name] / channel.samples, needed))
+            squares = powers[name] / channel.samples
+            gap = min(gap, _amplitude_at(distances, squares, _expected_gap(least, channel.samples)))
+            expected = float(np.exp(_log_at(distances, squares, reference)))
+            gap_power = max(gap_power, float(norm.sf((least - expected) / _gap_deviation(expected, channel.samples))))
     limits = {"evidence": evidence, "size of the gap": gap, "material": material}
     limit = max(limits, key=lambda name: limits[name])
-    reference = shape.reference(material)
     noncentrality = float(np.exp(_log_at(distances, noncentralities, reference)))
-    power = 0.0
-    if reference >= max(gap, material):
-        power = float(ncx2.sf(evidence_needed(count, candidates), count, noncentrality))
+    power = float(ncx2.sf(evidence_needed(count, candidates), count, noncentrality))
+    # Whether evidence suffices and whether the gap is large enough depend on the same noise: the rarer of both counts.
+    power = min(power, gap_power) if reference >= material else 0.0
     return DetectableSize(limits[limit], limit, reference, power, noncentrality)
 
 
@@ -177,8 +179,13 @@ def _expected_gap(least: float, samples: int) -> float:
     """Expected E^2 - 1 of so many samples that exceeds the least one with `POWER`, by the spread of a chi-squared."""
     z, expected = float(norm.ppf(POWER)), least
     for _ in range(20):
-        expected = least + z * sqrt((2.0 + 4.0 * expected) / samples)
+        expected = least + z * _gap_deviation(expected, samples)
     return expected
+
+
+def _gap_deviation(expected: float, samples: int) -> float:
+    """Standard deviation of E^2 - 1 of so many samples: of a noncentral chi-squared."""
+    return sqrt((2.0 + 4.0 * expected) / samples)
 
 
 def material_amplitude(model: Model, shape: ProbedShape, neutral: Values) -> float:
