@@ -14,6 +14,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from slider_drilling.gap.evidence.compare import LEVEL
+from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection import evidence_tests as tests
 from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED, MIN_SHARE_OF_CAUSE, Evidence
@@ -319,8 +320,8 @@ CRITERIA: tuple[Criterion, ...] = (
         stages=(Stage.END,),
         test="90 % interval of the effect's size, twice as wide as the fit's, for so far answers scatter; or a refit "
         "without it",
-        threshold="leaves out none; or the refit is worse than chance, at 10 %, where a channel counts as few "
-        "independent numbers; effects that show only together (HasCoupledEffects) need not",
+        threshold="leaves out none; or the refit is worse than by chance at 10 %, each channel of a run counting as "
+        f"{INDEPENDENT_ERRORS} numbers; effects that show only together (HasCoupledEffects) need not",
         message="beside the others its size may be none",
         reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
         passes=tests.differs_from_none,
