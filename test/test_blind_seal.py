@@ -175,10 +175,12 @@ def test_logs_and_labels_are_made_apart_once(tmp_path, base):
 
 
 @pytest.mark.slow
-def test_diagnosis_cannot_open_the_labels(tmp_path, base, monkeypatch):
+def test_diagnosis_cannot_open_the_labels(
+    tmp_path, base, monkeypatch
+):
     monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
     rig = installed_file("config/rig.short.yaml")
-    sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 32.0)
+    sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 40.0)
     check.seal([sealed], rig, tmp_path, run)
     log, labels = tmp_path / "logs" / f"{sealed.file_stem()}.mcap", tmp_path / "labels"
     job = diagnose_job(log, 0, ("torque_sensor_bias",), (str(labels),))
@@ -194,7 +196,7 @@ def test_diagnosis_cannot_open_the_labels(tmp_path, base, monkeypatch):
     for tree in (with_labels, without):
         tree.pop("runtime_s")
     assert json.dumps(with_labels) == json.dumps(without)
-    assert with_labels["counts"]["simulations"] > 100
+    assert with_labels["effects"] == ["torque_sensor_bias"]
 
 
 def test_command_seals_scores_and_refuses_wrong_options(tmp_path):

@@ -14,7 +14,7 @@ from slider_drilling.gap.results.intervals import parameter_intervals
 from slider_drilling.gap.selection.state import CandidateResult, SelectionStep
 
 TUNED = {"level": 2.0, "slope": -1.5}
-REPLICATES = 60
+REPLICATES = 100
 
 
 @pytest.fixture(scope="module")

@@ -55,6 +55,20 @@ def test_model_error_moves_parameters_as_the_fit_weighs_it():
     assert added == pytest.approx(covariance @ (error * weights @ weights.T) @ covariance, rel=0.1, abs=0.05)
 
 
+def test_model_error_widens_intervals_as_repeated_errors():
+    """Where the fit has no discrepancy, which would weigh the samples."""
+
+    def white_width(share: float) -> float:
+        problem, found = fitted(share, 0.0)
+        low, high = parameter_intervals(problem, replace(found, discrepancy={0: Discrepancy(0.0, 1.0)}))["level"]
+        return high - low
+
+    _, found = fitted(5.0, 0.0)
+    repeated = 5.0 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
+    # The error of the stamps widens it a little more.
+    assert white_width(5.0) >= white_width(0.0) * np.sqrt(1.0 + repeated**2) * 0.99
+
+
 def test_what_a_fit_leaves_widens_intervals():
     assert width(0.0, "level", 10.0) > 2.0 * width(0.0, "level", 0.0)
 
