@@ -242,12 +242,18 @@ def _closed(candidate: CandidateResult, answer: GapDiagnosis) -> _Closed:
 
 def fitted_parameters(model: FittedModel, prefix: str = "") -> Mapping[str, FittedParameter]:
     """The fitted parameters under the names that users know; prefix: only those that begin with it."""
-    return parameters_of_fit(model.problem, model.fit, prefix)
+    return _named_parameters(model.problem, model.fit, model.intervals, prefix)
 
 
 def parameters_of_fit(problem: Problem, found: Fit, prefix: str = "") -> dict[str, FittedParameter]:
     """The parameters of a fit under the names that users know; prefix: only those that begin with it."""
-    intervals, values = intervals_beside_all_nuisance(problem, found), user_values(problem, found.values)
+    return _named_parameters(problem, found, intervals_beside_all_nuisance(problem, found), prefix)
+
+
+def _named_parameters(
+    problem: Problem, found: Fit, intervals: Mapping[str, tuple[float, float]], prefix: str
+) -> dict[str, FittedParameter]:
+    values = user_values(problem, found.values)
     return {
         name: FittedParameter(values[name], parameter.unit, parameter.nominal, intervals.get(name))
         for name, parameter in user_parameters(problem, found).items() if name.startswith(prefix)

@@ -9,6 +9,7 @@ from slider_drilling.effects import EFFECTS
 from slider_drilling.gap.experiment_design.criterion import EffectPower, Prospect
 from slider_drilling.gap.experiment_design.detectable_size import POWER, noncentrality_needed
 from slider_drilling.gap.model import HasUserParameters
+from slider_drilling.plain_names import plain_name
 from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.units import Quantity, Text, displayed, sentence
 
@@ -95,10 +96,10 @@ def cannot_tell(plan: DrillingPlan) -> list[Text]:
     lines: list[Text] = []
     for row in effect_rows(plan):
         if row.with_plan is None:
-            lines.append(sentence(f"{_plain(row.name)}: no size of it shows."))
+            lines.append(sentence(f"{plain_name(row.name)}: no size of it shows."))
         elif row.ratio > OUT_OF_REACH:
             lines.append(
-                sentence(f"{_plain(row.name)}: shows from {_plain(row.parameter)} ",
+                sentence(f"{plain_name(row.name)}: shows from {plain_name(row.parameter)} ",
                          displayed(row.with_plan, row.unit, 2),
                          f" on, {row.ratio:.1f} times the smallest that anybody acts on.")
             )  # fmt: skip
@@ -111,13 +112,9 @@ def cannot_tell(plan: DrillingPlan) -> list[Text]:
 def _alike(prospect: Prospect, candidates: int) -> list[tuple[str, str]]:
     enough = 0.5 * noncentrality_needed(1, candidates)
     return [
-        (_plain(each.first), _plain(each.second)) for each in prospect.separations
+        (plain_name(each.first), plain_name(each.second)) for each in prospect.separations
         if each.log_likelihood_ratio < enough
     ]  # fmt: skip
-
-
-def _plain(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def power_in_words() -> str:

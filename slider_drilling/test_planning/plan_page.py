@@ -11,6 +11,7 @@ from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, T
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, RED
 from slider_drilling.pages.page import Cell
 from slider_drilling.pages.titles import well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.test_planning.effect_sizes import (
     EffectRow,
@@ -126,8 +127,8 @@ def _shows(plan: DrillingPlan) -> tuple[Text | Table, ...]:
     if separations:
         weights = {each.name: each.weight for each in plan.plan.knowledge.explanations}
         rows = tuple(
-            (_words(each.first), _percent(weights[each.first]), _words(each.second), _percent(weights[each.second]),
-             each.log_likelihood_ratio)
+            (plain_name(each.first), _percent(weights[each.first]), plain_name(each.second),
+             _percent(weights[each.second]), each.log_likelihood_ratio)
             for each in separations
         )  # fmt: skip
         items += [
@@ -140,7 +141,7 @@ def _shows(plan: DrillingPlan) -> tuple[Text | Table, ...]:
 
 def _cells(row: EffectRow) -> tuple[Cell, ...]:
     return (
-        _words(row.name), _words(row.parameter), shown_value(row.without, row.unit),
+        plain_name(row.name), plain_name(row.parameter), shown_value(row.without, row.unit),
         shown_value(row.with_plan, row.unit), shown_value(row.usual, row.unit),
         _percent(row.power_without), _percent(row.power_with),
     )  # fmt: skip
@@ -148,10 +149,6 @@ def _cells(row: EffectRow) -> tuple[Cell, ...]:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def _notes(plan: DrillingPlan) -> tuple[Text, ...]:

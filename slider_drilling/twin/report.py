@@ -116,10 +116,6 @@ class Detection:
         }  # fmt: skip
 
 
-COMPARING = ("watching", "operation")
-"""States of a twin that has learnt its rig."""
-
-
 @dataclass(frozen=True)
 class TwinReport:
     """The twin after one second more of the rig.
@@ -150,7 +146,7 @@ class TwinReport:
     @property
     def compared(self) -> bool:
         """Whether the rig is learnt, so that a change would show."""
-        return self.state in COMPARING
+        return self.state in ("watching", "operation")
 
     def as_json(self) -> dict[str, Any]:
         """The line of `slider-drilling watch --json`; what is unknown is None."""

@@ -78,9 +78,9 @@ def fit_exceeds_evidence_threshold(candidate: Fit, current: Fit, candidates: int
     return current.cost - candidate.cost - 2.0 * added > evidence_threshold(candidates)
 
 
-def chi2_critical(added: int, candidates: int = 1) -> float:
-    """Gain of ``-2 log p`` that ``added`` free parameters exceed on noise alone at ``LEVEL / candidates`` (Wilks)."""
-    return float(chi2.ppf(1.0 - LEVEL / candidates, max(added, 1)))
+def chi2_critical(added: int, candidates: int = 1, level: float = LEVEL) -> float:
+    """Gain of ``-2 log p`` that ``added`` free parameters exceed on noise alone at ``level / candidates`` (Wilks)."""
+    return float(chi2.ppf(1.0 - level / candidates, max(added, 1)))
 
 
 def passes_likelihood_ratio_test(current: Fit, candidate: Fit, candidates: int = 1) -> bool:

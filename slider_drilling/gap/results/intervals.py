@@ -63,7 +63,7 @@ def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tup
     unfitted = [each for effect in conditional for each in effect.parameters if each.name not in freed]
     parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
     known = set(user_values(problem, found.values))
-    again = fit(problem, parameters, found.values, iterations=0)
+    again = fit(problem, parameters, found.values, iterations=0, simulated=found.simulated)
     intervals = parameter_intervals(problem, again, SPREAD_OF_ANSWERS * TWO_SIDED_95)
     return {name: interval for name, interval in intervals.items() if name in known}
 

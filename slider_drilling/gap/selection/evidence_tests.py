@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from scipy.stats import chi2
 
 from slider_drilling.gap.evidence.compare import (
     LEVEL,
@@ -48,6 +47,8 @@ MIN_GAP = 0.2
 # Smallest share of the calibrated gap beyond the noise, E^2 - 1, that all named effects close together. A law that
 # leaves more than it closes is not the cause, but something like it.
 MIN_SHARE_OF_CAUSE = 0.5
+# By chance a refit is worse by so much so often: as often as none lies outside a 90 % interval.
+_NONE_LEVEL = 0.1
 
 
 @dataclass(frozen=True)
@@ -176,13 +177,8 @@ def differs_from_none(evidence: Evidence) -> bool:
     sizes = _sizes_beyond(
         evidence, lambda effect: dict.fromkeys(effect.material or [effect.parameters[0].name], 0.0), SPREAD_OF_ANSWERS
     )
-    return sizes or _gain_of_independent_errors(evidence) > _certain_gain(evidence)
-
-
-def _certain_gain(evidence: Evidence) -> float:
-    """Gain that the added parameters exceed by chance once in ten times, as none lies outside a 90 % interval."""
     added = len(evidence.fitted.fit.parameters) - len(evidence.without.fit.parameters)
-    return float(chi2.ppf(0.90, max(added, 1)))
+    return sizes or _gain_of_independent_errors(evidence) > chi2_critical(added, level=_NONE_LEVEL)
 
 
 def _gain_of_independent_errors(evidence: Evidence) -> float:

@@ -318,7 +318,7 @@ CRITERIA: tuple[Criterion, ...] = (
     Criterion(
         name="more than none",
         stages=(Stage.END,),
-        test="90 % interval of the effect's size, twice as wide as the fit's, for so far answers scatter; or a refit "
+        test="90 % interval of the effect's size, twice as wide as the fit's own: as answers scatter; or a refit "
         "without it",
         threshold="leaves out none; or the refit is worse than by chance at 10 %, each channel of a run counting as "
         f"{INDEPENDENT_ERRORS} numbers; effects that show only together (HasCoupledEffects) need not",

@@ -11,6 +11,7 @@ from slider_drilling.gap.evidence.score import HeldOutScore, score_left_out_runs
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import NoiseFloor
 from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.results.intervals import intervals_beside_all_nuisance
 from slider_drilling.gap.search.least_squares import Fit
 
 
@@ -34,6 +35,11 @@ class FittedModel:
     def names(self) -> tuple[str, ...]:
         """Names of the effects."""
         return tuple(effect.name for effect in self.effects)
+
+    @cached_property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """95 % interval of each freed parameter in an answer. It takes simulations, and is computed on first use."""
+        return intervals_beside_all_nuisance(self.problem, self.fit)
 
     @cached_property
     def cross_run_score(self) -> HeldOutScore:
