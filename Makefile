@@ -33,6 +33,9 @@ unexport AMENT_PREFIX_PATH
 endif
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
+# Tests start hundreds of Python processes: each would compile the package's sources again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: install demo test lint docs bench clean
 .DEFAULT_GOAL := demo
 

@@ -12,8 +12,9 @@ from pathlib import Path
 import numba
 import pytest
 
+from slider_drilling.contact.dahl import signed_power
 from slider_drilling.errors import InputError
-from slider_drilling.process import jit_cache_folder
+from slider_drilling.process import jit_cache_folder, jit_cache_lock
 from slider_drilling.process.jit_cache_folder import cache_folder, source_hash, versioned_cache_folder
 
 LIBRARIES = ("numba 1", "numpy 2")
@@ -110,3 +111,24 @@ def test_without_a_home_one_temporary_folder_is_kept(tmp_path: Path, monkeypatch
     Path(first).chmod(0o777)
     with pytest.raises(InputError, match="not this user's own folder"):
         cache_folder("")
+
+
+def test_of_programs_that_start_together_one_compiles(repository: Path, tmp_path: Path) -> None:
+    program = (
+        "from slider_drilling.contact.dahl import signed_power as compiled\n"
+        "compiled(2.0, 1.0); print(sum(compiled.stats.cache_misses.values()))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(repository), "NUMBA_CACHE_DIR": str(tmp_path)}
+    together = [
+        subprocess.Popen([sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE) for _ in range(4)
+    ]
+    assert sum(int(each.communicate()[0]) for each in together) == 1
+
+
+def test_stopped_compilation_delays_others_by_a_minute_at_most(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit_cache_lock, "_LONGEST_WAIT_S", 0.2)
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    caches = [jit_cache_lock.LockedFunctionCache(signed_power.py_func) for _ in range(2)]
+    signature = numba.float64(numba.float64, numba.float64)
+    for cache in caches:
+        assert cache.load_overload(signature, signed_power.targetctx) is None

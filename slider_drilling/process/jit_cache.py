@@ -36,6 +36,8 @@ except Exception as error:
     _cause = str(error).partition("\n")[0].rstrip(".")
     raise InputError(f"{_given}: numba does not start: {_cause}; unset it") from None
 
+from slider_drilling.process.jit_cache_lock import LockedFunctionCache  # needs a numba that starts
+
 __all__ = ["INLINED_JIT_OPTIONS", "JIT_OPTIONS", "announce_compilation", "available_threads", "njit", "vector_bits"]
 
 _LIBRARIES = (f"numba {numba_version}", f"numpy {numpy_version}")
@@ -64,7 +66,10 @@ def njit(function: Any = None, **options: Any) -> Any:
         if options.get("cache"):
             module = Path(function.__code__.co_filename).absolute()
             config.CACHE_DIR = versioned_cache_folder(given, module, _LIBRARIES)  # type: ignore[attr-defined]
-        return numba_njit(**options)(function)
+        compiled = numba_njit(**options)(function)
+        if options.get("cache"):
+            compiled._cache = LockedFunctionCache(function)
+        return compiled
     finally:
         config.CACHE_DIR = given  # type: ignore[attr-defined]
 
