@@ -4,9 +4,9 @@
 
 The twin runs over slides in which nothing begins, such as those of `slider-drilling watch --campaign 36 --seed 7003
 --begins none --no-diagnose`. Every feature's numbers are those of maximum likelihood, the slides being independent. A
-threshold needs slides that the numbers were not fitted to: each half of the slides is judged by the numbers of the
-other. The evidence that one feature exceeds in one kind of beginning once in 40 days, all together once a day, is
-extrapolated from the slides where it is largest, as an exponential tail.
+threshold needs slides that the numbers were not fitted to: each half of the slides is tested with the numbers of the
+other. The evidence that one feature exceeds once in ten days, all together once a day, is extrapolated from the slides
+where it is largest, as an exponential tail.
 """
 
 from __future__ import annotations
@@ -22,32 +22,24 @@ from scipy.optimize import minimize
 
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.twin import Twin, TwinSettings
-from slider_drilling.twin.change_statistic import (
-    PRIOR_FREEDOM,
-    FeatureSeries,
-    Thresholds,
-    Uncertainty,
-    Wander,
-    covariance,
-    likeliest_change,
-)
+from slider_drilling.twin.change_statistic import Uncertainty, Wander, covariance, likeliest_change
 from slider_drilling.twin.detector import Alarm, ChangeDetector
+from slider_drilling.twin.feature_means import FeatureSeries, means_of
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.wander import WANDERS
 from slider_drilling.twin.watch import reports_of
 
 # Number -> lower and upper bound.
 _FITTED = {
-    "short": (0.01, 5.0), "brief": (4.0, 60.0), "slow": (0.005, 10.0), "memory": (30.0, 2000.0), "drift": (0.005, 5.0),
-    "jump": (0.005, 10.0), "fresh": (0.01, 100.0), "fade": (8.0, 200.0),
-    "weighed": (0.005, 20.0), "loaded": (0.005, 20.0), "settling": (5.0, 300.0), "steered": (0.002, 5.0),
+    "slow": (0.005, 10.0), "memory": (30.0, 3000.0), "drift": (0.005, 5.0),
+    "jump": (0.005, 10.0), "fresh": (0.005, 20.0), "weighed": (0.005, 20.0), "steered": (0.002, 5.0),
+    "swung": (0.005, 10.0),
 }  # fmt: skip
-_BEGINNINGS = tuple(field.name for field in fields(Thresholds))
 _SPREAD = 2.0  # of the logarithms, about the numbers to begin with: what slides do not show stays near them
-_MIN_VALUES = 20
-_ALARMS_A_DAY = 0.025  # of one feature and one kind of beginning
+_MIN_VALUES = 60
+_ALARMS_A_DAY = 0.1  # of one feature
 _TAIL = 1.0 / 3.0  # of the slides, whose largest evidence shows its tail
-_EVERY = 3  # values after which a slide is judged again
+_EVERY = 3  # values after which a slide is tested again
 
 Slide = tuple[FeatureSeries, Uncertainty]
 
@@ -55,14 +47,15 @@ Slide = tuple[FeatureSeries, Uncertainty]
 def deviance(slide: Slide, wander: Wander) -> float:
     """``-2 log p`` of a feature of one slide, its size unknown as in the statistic, up to a constant."""
     series, uncertain = slide
-    factor = np.linalg.cholesky(covariance(series, uncertain, wander))
-    white = solve_triangular(factor, series.value, lower=True)
-    freedom = PRIOR_FREEDOM + white.size
-    return float(2.0 * np.log(np.diag(factor)).sum() + freedom * np.log1p(white @ white / PRIOR_FREEDOM))
+    means = means_of(series, wander.values)
+    factor = np.linalg.cholesky(covariance(means, uncertain, wander))
+    white = solve_triangular(factor, means.value, lower=True)
+    freedom = wander.freedom + white.size
+    return float(2.0 * np.log(np.diag(factor)).sum() + freedom * np.log1p(white @ white / wander.freedom))
 
 
 def fit_wander(slides: Sequence[Slide], start: Wander) -> Wander:
-    """The likeliest numbers; those of a burst, of a swing, threshold and smallest change are those of the start."""
+    """The likeliest numbers. Threshold, smallest change, what a mean is and has of its own are those of the start."""
     begin = np.log([max(getattr(start, name), low) for name, (low, _) in _FITTED.items()])
 
     def at(logarithms: np.ndarray) -> Wander:
@@ -93,15 +86,15 @@ def watched(log: RigLog) -> ChangeDetector | None:
     return twin.detector
 
 
-def largest_evidence(slide: Slide, wander: Wander) -> dict[str, float]:
-    """The largest evidence for a change worth a detection while the values of a slide come in, by how it began."""
+def largest_evidence(slide: Slide, wander: Wander) -> float:
+    """The largest evidence for a change worth a detection while the values of a slide come in."""
     series, uncertain = slide
-    largest = dict.fromkeys(_BEGINNINGS, 0.0)
+    largest = 0.0
     for count in range(_MIN_VALUES, series.time.size + 1, _EVERY):
         so_far = FeatureSeries(**{field.name: getattr(series, field.name)[:count] for field in fields(FeatureSeries)})
         change = likeliest_change(so_far, uncertain, wander)
         if change is not None and abs(change.size) >= wander.smallest:
-            largest[change.beginning] = max(largest[change.beginning], change.evidence)
+            largest = max(largest, change.evidence)
     return largest
 
 
@@ -129,16 +122,14 @@ def main(paths: Sequence[str]) -> None:
         ]  # fmt: skip
         fitted = fit_wander(slides, wander)
         hours = sum(float(series.time[-1] - series.time[0]) for series, _ in slides) / 3600.0
-        largest = []
+        largest: list[float] = []
         for half in range(2):
             others = fit_wander(slides[1 - half :: 2], wander)
             largest += [largest_evidence(slide, others) for slide in slides[half::2]]
         numbers = " ".join(f"{name} {getattr(fitted, name):.2g}" for name in _FITTED)
+        highest = " ".join(f"{each:.1f}" for each in sorted(largest)[-4:])
         print(channel, kind, len(slides), "slides", f"{hours:.1f} h", numbers, flush=True)
-        for beginning in _BEGINNINGS:
-            evidence = [each[beginning] for each in largest]
-            highest = " ".join(f"{each:.1f}" for each in sorted(evidence)[-4:])
-            print(f"    {beginning}: threshold {threshold(evidence, hours):.1f}, largest {highest}", flush=True)
+        print(f"    threshold {threshold(largest, hours):.1f}, largest {highest}", flush=True)
 
 
 if __name__ == "__main__":

@@ -38,9 +38,8 @@ _TOUCHED_S = 15.0  # before the plant's bit touches bottom, in which the rig's m
 _LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
 _LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
 _STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
-_SMALL_LOAD, _SMALL_SHIFT = 0.1, 1.0  # of the largest load, and rad: smaller changes from period to period are jitter
+_SMALL_SHIFT = 1.0  # rad: smaller changes from period to period are jitter
 _LEAST_SWING, _WIDER = 0.1, 0.1  # rad; share by which a swing exceeds all before: it reaches what has not been seen yet
-_KEPT = math.exp(-1.0 / 100.0)  # of what a change brought, from one second to the next: rocking relaxes it
 _LIGHT, _LOADED = 0.12, 0.2  # of the largest load: the bit hardly drills below the first, until it exceeds the second
 
 
@@ -62,7 +61,6 @@ class Activity:
             cannot touch bottom unseen, or work off bottom has just ended.
         valid_until: s; what was seen after it, up to now, belongs to another stretch although it looked so then.
         load: Weight on bit over the last rocking period, of its largest.
-        loading: How far the weight on bit has moved in the last minutes, of its largest; older changes fade.
         steering: How far the centre of the rocking has moved so far, rad; small moves count by their squares.
         swing: Logarithm of how far the drive swings, rad.
     """
@@ -79,7 +77,6 @@ class Activity:
     circulation_known: bool
     valid_until: float
     load: float = 0.0
-    loading: float = 0.0
     steering: float = 0.0
     swing: float = 0.0
 
@@ -92,12 +89,11 @@ class Travel:
 
     Attributes:
         total: So far.
-        remembered: The same, older changes fading: what they brought relaxes.
     """
 
     def __init__(self, small: float) -> None:
         self._small = small
-        self.total = self.remembered = 0.0
+        self.total = 0.0
         self._means: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
 
     def add(self, mean: float, period: float) -> None:
@@ -108,9 +104,7 @@ class Travel:
             self._means.append(mean)
         apart = max(round(period), 1)
         moved = self._means[-1] - self._means[-1 - apart] if len(self._means) > apart else 0.0
-        more = moved**2 / (self._small + abs(moved)) / apart
-        self.total += more
-        self.remembered = _KEPT * self.remembered + more
+        self.total += moved**2 / (self._small + abs(moved)) / apart
 
 
 class ActivityMonitor:
@@ -139,7 +133,7 @@ class ActivityMonitor:
         self._valid_until = np.inf
         self._loads: deque[float] = deque(maxlen=_LOAD_MEMORY_S)
         self._on_bottom_at = self._on_bottom_since = -np.inf
-        self._loading, self._steering = Travel(_SMALL_LOAD), Travel(_SMALL_SHIFT)
+        self._steering = Travel(_SMALL_SHIFT)
         self._load, self._largest_load, self._light = 0.0, 1.0, False
         self._swing, self._widest = 0.0, -math.inf
 
@@ -172,8 +166,7 @@ class ActivityMonitor:
         hanging = circulating and now - self._block_moved_at >= after
         return Activity(
             mode, not why, why, period, self._stretch, self._begun, comparable, circulating, hanging,
-            ended or hanging, self._valid_until,
-            self._load, self._loading.remembered, self._steering.total, self._swing,
+            ended or hanging, self._valid_until, self._load, self._steering.total, self._swing,
         )  # fmt: skip
 
     def _why_unsettled(self, mode: str, now: float) -> str:
@@ -257,7 +250,6 @@ class ActivityMonitor:
         if math.isfinite(weight_on_bit):
             self._largest_load = max(self._largest_load, float(np.mean(self._loads)))
             self._load = float(np.mean(list(self._loads)[-max(round(self._last_period), 1) :])) / self._largest_load
-            self._loading.add(self._load, self._last_period)
             self._light = self._load < (_LOADED if self._light else _LIGHT)
         if now - self._on_bottom_since < _LOADING_S:
             half = len(self._loads) // 2

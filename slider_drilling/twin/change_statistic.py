@@ -1,11 +1,13 @@
 """Generalised likelihood ratio of a change in a feature, against how that feature wanders without one.
 
-The feature is a Gaussian process: an unknown level, a slow wander with a memory, a short one, a drift, what every
-stretch of work has of its own and what is left of the operation before it, and what the numbers of the plant add that
-are uncertain or wander themselves. Its size is unknown: with an inverse-gamma prior the evidence is a Student t ratio.
-A change adds, from an unknown time on, a step, a ramp, or a step of one of the plant's numbers, which shows as much as
-the work lets it (Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapter 4). It may begin while nothing is
-compared: then only what lies between two stretches dates it.
+Means over some tens of seconds are compared: over longer times a feature moves like a Gaussian process, from one value
+to the next it does not. That process has an unknown level, a slow wander with a memory, a drift, what every stretch of
+work has of its own and what is left of the operation before it, what load, steering and swing of the drive bring, and
+what the numbers of the plant add that are uncertain or wander themselves. Its size is unknown: with an inverse-gamma
+prior the evidence is a Student t ratio, and a rig that wanders little needs a smaller change. A change adds, from an
+unknown time on, a step, a ramp, or a step of one of the plant's numbers, which shows as much as the work lets it
+(Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapter 4). It may begin while nothing is compared: then
+only what lies between two stretches dates it.
 """
 
 from __future__ import annotations
@@ -15,35 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from slider_drilling.twin.feature_means import FeatureMeans, FeatureSeries, means_of
 from slider_drilling.twin.samples import Array
 
 _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
-PRIOR_FREEDOM = 20.0
-"""Samples that the population's size of the wander counts as."""
-_LATEST_S = 5.0  # before now, until when a change can have begun
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
-_LATE, _LATE_S, _LATE_MEMORY_S = 3.0, 30.0, 40.0  # standard deviations of a number that act so late, for so long
-_WELL_KNOWN_S, _JUST_S = 45.0, 180.0  # width of the interval of a step that is well known; for which it is new
+_FADE_S = 90.0  # in which what an operation leaves falls to 1 / e
 _SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Evidence that a change needs, by how it began.
-
-    Attributes:
-        sudden: A step during work that has just happened.
-        gradual: A ramp that began during work.
-        long_ago: A step during work that is seen late, or whose time is poorly known.
-        after_operation: Whatever may have begun during an operation, or soon after it: that leaves more than work does.
-    """
-
-    sudden: float
-    gradual: float
-    long_ago: float
-    after_operation: float
 
 
 @dataclass(frozen=True)
@@ -51,79 +33,43 @@ class Wander:
     """How a feature moves on rigs that do not change: standard deviations in noise levels.
 
     Attributes:
-        short: Of the part with a brief memory.
-        brief: s.
+        white: Of a full mean, whatever the others are.
         slow: Of the part with a memory.
         memory: s.
         drift: Of the drift in 10 min.
         jump: Of what the level of one stretch of work has of its own.
-        fresh: Of what an operation leaves, when the stretch after it begins.
-        fade: s, in which that falls to 1 / e.
-        burst: s, memory of that; infinite if it only fades.
+        fresh: Of what an operation leaves in each mean, when the stretch after it begins.
         weighed: Of what goes with the load on the bit, at all of it.
-        loaded: Of what a change of the load on the bit by all of it brings for a while.
-        settling: s, memory of that.
         steered: Of what stays when the centre of the rocking has moved by 1 rad.
         swung: Of what a swing of the drive has of its own, beside other swings.
-        thresholds: Evidence that rigs without a change do not reach.
+        threshold: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
-        before: Values that are needed before a change.
-        relaxing: s after an operation, in which what it left still relaxes.
-        fall: Evidence that a fall needs, where that is less; None if falls are as usual as rises.
+        values: Of the feature, one every five seconds, that make a mean.
+        before: Means that are needed before a change.
+        freedom: Means that the size of the wander, as other rigs show it, counts as.
+        within: Whether a change within one stretch counts: ``any``, a ``fall`` only, or ``none``.
     """
 
-    short: float
-    brief: float
+    white: float
     slow: float
     memory: float
     drift: float
     jump: float
     fresh: float
-    fade: float
-    burst: float
     weighed: float
-    loaded: float
-    settling: float
     steered: float
     swung: float
-    thresholds: Thresholds
+    threshold: float
     smallest: float
-    before: int = 12
-    relaxing: float = 150.0
-    fall: Thresholds | None = None
+    values: int = 12
+    before: int = 3
+    freedom: float = 4.0
+    within: str = "any"
 
     def exceeded_by(self, change: FeatureChange) -> bool:
         """Whether a change is more than happens without one, and worth a detection."""
-        thresholds = self.thresholds if self.fall is None or change.size >= 0.0 else self.fall
-        needed: float = getattr(thresholds, change.beginning)
-        return change.evidence >= needed and abs(change.size) >= self.smallest
-
-
-@dataclass(frozen=True)
-class FeatureSeries:
-    """A feature over time.
-
-    Attributes:
-        time: s, (n,), increasing.
-        value: Noise levels, (n,).
-        stretch: Number of the stretch of work, (n,).
-        stretch_start: s, when that stretch began, (n,).
-        window: s over which each value was taken, (n,).
-        load, loading, steering, swing: The load, how it and the centre change, and the swing of the drive, see
-            `activity.Activity`, (n,).
-        sensitivity: (n, p) to the tracked parameters.
-    """
-
-    time: Array
-    value: Array
-    stretch: Array
-    stretch_start: Array
-    window: Array
-    load: Array
-    loading: Array
-    steering: Array
-    swing: Array
-    sensitivity: Array
+        counts = change.in_operation or self.within == "any" or (self.within == "fall" and change.size < 0.0)
+        return counts and change.evidence >= self.threshold and abs(change.size) >= self.smallest
 
 
 @dataclass(frozen=True)
@@ -149,7 +95,7 @@ class FeatureChange:
         interval: s, 95 % interval of `since`.
         kind: ``step`` or ``ramp``.
         size: The largest so far, noise levels, signed.
-        beginning: ``sudden``, ``gradual``, ``long_ago`` or ``after_operation``, see `Thresholds`.
+        in_operation: Whether it may have begun between two stretches of work.
     """
 
     evidence: float
@@ -157,7 +103,7 @@ class FeatureChange:
     interval: tuple[float, float]
     kind: str
     size: float
-    beginning: str
+    in_operation: bool
 
 
 def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:
@@ -168,78 +114,59 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
         uncertain: Parameters of the plant.
         wander: How the feature moves without a change.
     """
-    begins = _begins(series.time, wander.before)
+    means = means_of(series, wander.values)
+    begins = _begins(series, means, wander.before)
     if not begins.size:
         return None
-    factor = np.linalg.cholesky(covariance(series, uncertain, wander))
-    white = solve_triangular(factor, series.value, lower=True)
-    shapes = _shapes(series, begins, series.sensitivity @ uncertain.wanders)
+    factor = np.linalg.cholesky(covariance(means, uncertain, wander))
+    white = solve_triangular(factor, means.value, lower=True)
+    shapes = means.average(_shapes(series, begins, series.sensitivity @ uncertain.wanders))
     shaped = solve_triangular(factor, shapes, lower=True)
-    norm = np.einsum("nk,nk->k", shaped, shaped)
-    size = white @ shaped / np.maximum(norm, 1e-300)
-    total = PRIOR_FREEDOM + float(white @ white)
+    norm = np.maximum(np.einsum("nk,nk->k", shaped, shaped), 1e-12)
+    size = white @ shaped / norm
+    total = wander.freedom + float(white @ white)
     left = np.maximum(total - size**2 * norm, 1e-9)
-    evidence = 0.5 * (PRIOR_FREEDOM + series.time.size) * np.log(total / left)
+    evidence = 0.5 * (wander.freedom + means.time.size) * np.log(total / left)
     best = int(np.argmax(evidence))
-    onsets = np.tile(begins, shapes.shape[1] // begins.size)
-    low, since, high = _quantiles(onsets, evidence)
+    low, since, high = _quantiles(np.tile(begins, shapes.shape[1] // begins.size), evidence)
     shape = size[best] * shapes[:, best]
-    kind = "ramp" if begins.size <= best < 2 * begins.size else "step"
     interval = (low - _RESOLUTION_S, high + _RESOLUTION_S)
     return FeatureChange(
-        float(evidence[best]), since, interval, kind, float(shape[np.argmax(np.abs(shape))]),
-        _beginning(series, kind, interval, wander.relaxing),
+        float(evidence[best]), since, interval, "ramp" if begins.size <= best < 2 * begins.size else "step",
+        float(shape[np.argmax(np.abs(shape))]), _touches_operation(series, interval),
     )  # fmt: skip
 
 
-def _beginning(series: FeatureSeries, kind: str, interval: tuple[float, float], relaxing: float) -> str:
-    """How a change began (`FeatureChange.beginning`); what an operation left relaxes for so many seconds."""
+def _touches_operation(series: FeatureSeries, interval: tuple[float, float]) -> bool:
     last = np.flatnonzero(np.diff(series.stretch))  # values before what lies between two stretches
-    ended, relaxed = series.time[last], series.stretch_start[last + 1] + relaxing
-    if np.any((interval[0] < relaxed) & (interval[1] > ended)):
-        return "after_operation"
-    if kind == "ramp":
-        return "gradual"
-    known = interval[1] - interval[0] <= _WELL_KNOWN_S and series.time[-1] - interval[0] <= _JUST_S
-    return "sudden" if known else "long_ago"
+    return bool(np.any((interval[0] < series.time[last + 1]) & (interval[1] > series.time[last])))
 
 
-def covariance(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> Array:
-    """Of the values (n, n) of a feature without a change."""
-    time = series.time
-    apart = np.abs(time[:, None] - time[None, :])
+def covariance(means: FeatureMeans, uncertain: Uncertainty, wander: Wander) -> Array:
+    """Of the means (n, n) of a feature without a change."""
+    time = means.time
+    kept = np.exp(-np.abs(time[:, None] - time[None, :]) / wander.memory)
     drifted = (time - time[0]) / 600.0
-    same = series.stretch[:, None] == series.stretch[None, :]
-    fresh = wander.fresh * np.exp(-(time - series.stretch_start) / wander.fade)
-    kept = np.exp(-apart / wander.memory)
+    same = means.stretch[:, None] == means.stretch[None, :]
+    own = wander.white**2 * wander.values / means.count + (wander.fresh * np.exp(-means.age / _FADE_S)) ** 2
+    moved = means.sensitivity @ uncertain.wanders
     whole = (
-        _LEVEL**2 + wander.short**2 * np.exp(-apart / wander.brief) + wander.slow**2 * kept
-        + wander.drift**2 * np.outer(drifted, drifted)
-        + same * (wander.jump**2 + np.outer(fresh, fresh) * np.exp(-apart / wander.burst))
-        + wander.weighed**2 * np.outer(series.load, series.load)
-        + np.outer(wander.loaded * series.loading, wander.loaded * series.loading) * np.exp(-apart / wander.settling)
-        + wander.steered**2 * _random_walk(series.steering)
-        + wander.swung**2 * np.exp(-0.5 * ((series.swing[:, None] - series.swing[None, :]) / _SWING) ** 2)
-        + series.sensitivity @ uncertain.covariance @ series.sensitivity.T
+        _LEVEL**2 + wander.slow**2 * kept + wander.drift**2 * np.outer(drifted, drifted) + wander.jump**2 * same
+        + wander.weighed**2 * np.outer(means.load, means.load)
+        + wander.steered**2 * (np.minimum.outer(means.steering, means.steering) - means.steering[0])
+        + wander.swung**2 * np.exp(-0.5 * ((means.swing[:, None] - means.swing[None, :]) / _SWING) ** 2)
+        + means.sensitivity @ uncertain.covariance @ means.sensitivity.T + moved @ moved.T
     )  # fmt: skip
-    for moved in (series.sensitivity @ uncertain.wanders).T:
-        late = _LATE * (moved - np.interp(time - _LATE_S, time, moved))
-        whole += kept * np.outer(moved, moved) + np.exp(-apart / _LATE_MEMORY_S) * np.outer(late, late)
-    return np.asarray(whole + 1e-6 * np.eye(time.size))
+    return np.asarray(whole + np.diag(own + 1e-6))
 
 
-def _random_walk(travel: Array) -> Array:
-    """Covariance (n, n) of a walk that goes on as far as the work moves something; travel: variance so far, (n,)."""
-    return np.minimum.outer(travel, travel) - travel[0]
-
-
-def _begins(time: Array, before: int) -> Array:
-    """Times at which a change may have begun: an even grid that is finer in the last minutes."""
-    if time.size <= before:
+def _begins(series: FeatureSeries, means: FeatureMeans, before: int) -> Array:
+    """Times at which a change may have begun: an even grid, finer in the last minutes, with a mean on either side."""
+    if means.time.size <= before:
         return np.empty(0)
-    first, last = time[before - 1], time[-1] - _LATEST_S
-    grid = last - _RESOLUTION_S * np.arange(max(np.floor((last - first) / _RESOLUTION_S), -1.0) + 1.0)
-    old = grid < time[-1] - _RECENT_S
+    first, last = means.end[before - 1], max(means.end[-2], means.begin[-1] - _RESOLUTION_S)
+    grid = last - _RESOLUTION_S * np.arange(max(np.floor((last - first) / _RESOLUTION_S), 0.0) + 1.0)
+    old = grid < series.time[-1] - _RECENT_S
     return np.asarray(np.concatenate([grid[~old], grid[old][::_THINNED]])[::-1])
 
 

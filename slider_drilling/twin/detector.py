@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity
-from slider_drilling.twin.change_statistic import FeatureChange, FeatureSeries, Uncertainty, likeliest_change
+from slider_drilling.twin.change_statistic import FeatureChange, Uncertainty, likeliest_change
+from slider_drilling.twin.feature_means import FeatureSeries
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
 from slider_drilling.twin.wander import wander_of
@@ -19,7 +20,6 @@ MEMORY_S = 1800.0
 # s for which those of circulation off bottom are kept: from one connection to the next. There are no more of them than
 # of work, for a test takes as long as the cube of their number.
 _OFF_BOTTOM_MEMORY_S, _MOST_VALUES = 14400.0, 360
-_SEEN_LATER_S = 10.0
 _CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
 Key = tuple[str, str, str]
@@ -50,7 +50,6 @@ class _Value:
     stretch_start: float
     window: float
     load: float
-    loading: float
     steering: float
     swing: float
     sensitivity: Array
@@ -83,7 +82,7 @@ class ChangeDetector:
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
                 time, feature.value, activity.stretch, activity.stretch_start, activity.period, activity.load,
-                activity.loading, activity.steering, activity.swing, feature.sensitivity,
+                activity.steering, activity.swing, feature.sensitivity,
             ))  # fmt: skip
             kept = _OFF_BOTTOM_MEMORY_S if activity.mode == OFF_BOTTOM else MEMORY_S
             while series[0].time < time - kept or len(series) > _MOST_VALUES:
@@ -123,16 +122,9 @@ class ChangeDetector:
     def series(self, mode: str, channel: str, kind: str) -> FeatureSeries:
         """What is kept of a feature, one value or more."""
         values = self._series[mode, channel, kind]
-        columns = {
-            field.name: np.array([getattr(each, field.name) for each in values]) for field in fields(FeatureSeries)
-        }
-        series = FeatureSeries(**columns)
-        # A feature shows at once how load and centre move, their means over two periods a little later.
-        later = series.time + _SEEN_LATER_S
-        return replace(
-            series, loading=np.interp(later, series.time, series.loading),
-            steering=np.interp(later, series.time, series.steering),
-        )  # fmt: skip
+        return FeatureSeries(
+            **{field.name: np.array([getattr(each, field.name) for each in values]) for field in fields(FeatureSeries)}
+        )
 
     def test(self, mode: str, channel: str, kind: str, complete: bool = False) -> Alarm | None:
         """An alarm if the feature has shown a change for some time, beyond what happens by chance.

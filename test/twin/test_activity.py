@@ -87,9 +87,8 @@ def test_steering_moves_the_centre_and_rocking_does_not(rig):
     assert found[198].steering - found[100].steering < 0.5
 
 
-def test_changing_weight_is_remembered_for_minutes(rig):
-    found = _run(rig, _rocking, 700, weight=lambda s: 5e4 if s < 200 else 2.5e4)
-    assert found[198].loading < 0.01 and found[220].loading > 0.3 and found[-1].loading < 0.01
+def test_load_is_a_share_of_the_largest(rig):
+    found = _run(rig, _rocking, 300, weight=lambda s: 5e4 if s < 200 else 2.5e4)
     assert found[198].load == pytest.approx(1.0, abs=0.01) and found[-1].load == pytest.approx(0.5, abs=0.01)
 
 

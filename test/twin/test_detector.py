@@ -29,7 +29,7 @@ def _detector(levels, apart=600.0):
 
 def test_pressure_lost_between_two_stretches_off_bottom_is_a_change():
     alarm = _detector([3.0, -17.0]).test(*_PRESSURE, complete=True)
-    assert alarm.kind == "mean" and alarm.change.beginning == "after_operation"
+    assert alarm.kind == "mean" and alarm.change.in_operation
     assert 55.0 < alarm.change.since < 600.0 and abs(alarm.change.size + 20.0) < 4.0
 
 
