@@ -103,7 +103,10 @@ def test_log_that_never_moved_is_inconclusive(tmp_path, coarse, monkeypatch):
     assert diagnosis.verdict == "inconclusive"
     assert "too little" in str(summary(diagnosis))
     assert diagnosis.gap is None
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "next_programme.yaml").write_text("of an earlier answer")
     paths = write_diagnosis(diagnosis, tmp_path / "out")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(path.name for path in paths)
     tree = json.loads(paths[0].read_text())
     assert tree["verdict"] == "inconclusive"
     assert tree["gap"]["nominal"] is None
