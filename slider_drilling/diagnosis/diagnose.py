@@ -72,7 +72,7 @@ def diagnose(
         InputError: A log is unusable, no channel can be used, or a name in `only` is unknown.
     """
     if not 0.0 < until <= 1.0:
-        raise InputError(f"--until {until:g}: must be above 0 and at most 1")
+        raise InputError(f"until {until:g}: must be above 0 and at most 1")
     checks = tuple(check_log(log, rig) for log in logs)
     for checked in checks:
         checked.raise_if_unusable()
@@ -124,7 +124,7 @@ def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> Dr
     model = whole.truncated(until)
     for run, source in zip(model.runs, sources, strict=True):
         if run.time.size < MIN_SAMPLES or not run.channels:
-            raise InputError(f"--until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
+            raise InputError(f"until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
     return model
 
 
@@ -132,7 +132,7 @@ def _candidates(model: DrillString, only: Sequence[str]) -> list[Effect]:
     known = {effect.name: effect for effect in model.effects}
     for name in only:
         if name not in known:
-            raise InputError(f"--only {name}: not an effect that this log can show; use {', '.join(known)}")
+            raise InputError(f"only {name}: not an effect that this log can show; use {', '.join(known)}")
     return [known[name] for name in only] or list(known.values())
 
 

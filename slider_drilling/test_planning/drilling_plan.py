@@ -48,11 +48,11 @@ class PlanTestOptions:
 
     def __post_init__(self) -> None:
         if not _SHORTEST <= self.minutes <= _LONGEST:
-            raise InputError(f"--minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
+            raise InputError(f"minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
         if not self.tool_face_swing > 0.0:
-            raise InputError("--toolface-swing: must be above 0")
+            raise InputError("toolface swing: must be above 0")
         if self.evaluations < 2:
-            raise InputError(f"--programmes {self.evaluations}: compare at least 2")
+            raise InputError(f"programmes: {self.evaluations} are none to choose from; compare at least 2")
 
 
 @dataclass(frozen=True)
