@@ -218,7 +218,7 @@ class LogWriter:
                     [data[index] for index in batch.tolist()],
                 )  # fmt: skip
                 if progress is not None:
-                    progress(start, len(order))
+                    progress(start + len(batch), len(order))
 
     def joint_state(
         self,
