@@ -11,6 +11,7 @@ from slider_drilling.diagnosis.build_model import build_model, model_without_log
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
+from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.rig_values import rig_with
@@ -30,8 +31,6 @@ from slider_drilling.units import Text, sentence
 MIN_SAMPLES = 20  # of each log that is fitted
 # Torque at the start, in standard deviations of it, beyond which the string may have been twisted.
 _TWISTED = 0.1
-# rad: a second start of the calibration where the twist of the string at the start is unknown.
-_OTHER_TWIST = -4.0
 _TEST_S = 240.0  # of a test that is asked for where no log tells anything
 _CALIBRATED_TOO = "{} is calibrated too: {} explains what no known effect does"
 _MISSING_CHANNELS = {
@@ -141,7 +140,7 @@ def _calibration_starts(model: DrillString) -> list[Values]:
     runs = range(len(model.runs))
     if not any(_may_be_twisted(model, run) for run in runs):
         return [{}]
-    return [{}, {f"start_twist@{run}": _OTHER_TWIST for run in runs}]
+    return [{}, {f"start_twist@{run}": START_TWISTS[1] for run in runs}]
 
 
 def _may_be_twisted(model: DrillString, run: int) -> bool:

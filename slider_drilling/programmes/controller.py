@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from slider_drilling.control.interface import Level, Measurements, RigCommand, Status
 from slider_drilling.control.interlocks.motor_stall import StallGuard
-from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, Interlocks
+from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, MIN_FLOW_SHARE, Interlocks
 from slider_drilling.errors import InputError
 from slider_drilling.programmes.limit_guard import LimitGuard, LimitReached
 from slider_drilling.programmes.limits import complete
@@ -24,7 +24,7 @@ from slider_drilling.programmes.steps import Slide
 from slider_drilling.programmes.surface_state import SurfaceState
 from slider_drilling.rig import Rig
 
-_STALL_SHARE, _RELEASED_SHARE, _MIN_FLOW_SHARE = 0.85, 0.1, 0.3
+_STALL_SHARE, _RELEASED_SHARE = 0.85, 0.1
 _TARE_FLOW_SHARE = 0.8  # of the reference flow, below which pressure is not tared
 _LIFT = 0.5  # m, beyond the stretch that the weight gives, by which an abort lifts the bit
 
@@ -55,7 +55,7 @@ class ProgrammeController:
         stall = StallGuard(_STALL_SHARE * rig.motor.max_pressure, _RELEASED_SHARE * rig.motor.max_pressure)
         first = self._limits[0]
         self._interlocks = Interlocks(first.right_torque, first.left_torque, stall,
-                                      _MIN_FLOW_SHARE * self._reference_pump)  # fmt: skip
+                                      MIN_FLOW_SHARE * self._reference_pump)  # fmt: skip
         self._state, self._reason, self._asked = ProgrammeState.TARING, "", ""
         self._taring_for = 0.0
         self._index = -1
