@@ -15,10 +15,10 @@ from click.testing import CliRunner
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.null_values import without_undeclared_nulls
 from slider_drilling.table_import import import_table, read_table
 from slider_drilling.table_import.integrate import integrate
 from slider_drilling.table_import.live_wits import record_wits
-from slider_drilling.table_import.numbers import without_undeclared_nulls
 from slider_drilling.table_import.rocking_signs import looks_unsigned, signed_by
 
 KLBF, FTLBF = 4448.2216152605, 1.3558179483314004

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.evidence.block_bootstrap import BlockBootstrap
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     gap_closed,
     passes_likelihood_ratio_test,
@@ -191,7 +191,7 @@ def indistinguishable_from(
     better beside a gap that is not shows a better description of what is left, not a cause.
     """
     rivals = [candidate for candidate in candidates if candidate is not accepted and candidate.passed]
-    level = LEVEL / max(len(rivals), 1)
+    level = NAMING_LEVEL / max(len(rivals), 1)
     best = accepted.fitted.score
 
     def distinguished(rival: FittedModel) -> bool:

@@ -12,7 +12,7 @@ from math import comb
 import numpy as np
 
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     exceeds_evidence_threshold,
     fit_exceeds_evidence_threshold,
@@ -110,7 +110,7 @@ def ends_the_gap(evidence: Evidence) -> bool:
     if state.adequacy.within_thresholds or with_it.held_out_deviance >= without.held_out_deviance:
         return False
     reduction = resampled_squared_gaps(state.bootstrap, without) - resampled_squared_gaps(state.bootstrap, with_it)
-    everywhere = float(np.quantile(reduction, LEVEL / evidence.candidates)) > 0.0
+    everywhere = float(np.quantile(reduction, NAMING_LEVEL / evidence.candidates)) > 0.0
     if not everywhere and not exceeds_evidence_threshold(with_it, without, evidence.candidates):
         return False
     left = check_adequacy(evidence.fitted, evidence.seed)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     gap_reduction_significant,
     predicts_better,
@@ -249,7 +249,7 @@ def _significantly_better(state: SearchState, score: HeldOutScore, other: HeldOu
     if predicts_better_among(state.bootstrap, score, other, tried):
         return True
     reduction = resampled_squared_gaps(state.bootstrap, other) - resampled_squared_gaps(state.bootstrap, score)
-    shrinks = float(np.quantile(reduction, LEVEL / tried)) > 0.0
+    shrinks = float(np.quantile(reduction, NAMING_LEVEL / tried)) > 0.0
     return score.held_out_deviance <= other.held_out_deviance and shrinks
 
 
