@@ -260,7 +260,7 @@ def test_free_form_curve_is_its_laws_curve(tmp_path):
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
 def test_disturbed_contact_is_the_files_at_zero(orientation):
-    """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""
+    """Asperities turn by what the alternative asks for, never beyond lying along or across; give is relative."""
     file = short_rig().contact
     contact = replace(file, asperity=replace(file.asperity, orientation=orientation))
     assert contact_with(contact, {"friction_1": 1.1}) is contact

@@ -40,7 +40,7 @@ from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.target_topic import TargetTopic
-from slider_drilling.nodes.twin_word import TwinWord
+from slider_drilling.nodes.twin_status_relay import TwinStatusRelay
 from slider_drilling.nodes.watchdog import SILENCE_PERIOD, Watchdog
 from slider_drilling.programmes.progress import ProgrammeProgress
 
@@ -91,7 +91,7 @@ class RockingController(ManagedNode):
         self._last_report = time.monotonic()
         self._command: RigCommand | None = None
         self._watchdog = Watchdog()
-        self._twin_word = TwinWord()
+        self._twin_relay = TwinStatusRelay()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
         self._reported_silence = 0.0  # s of wall time
         self._is_silence_logged = False
@@ -209,7 +209,7 @@ class RockingController(ManagedNode):
         self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *drives]
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._twin_word.take(read_statuses(message))
+        self._twin_relay.take(read_statuses(message))
 
     def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
         topic = named(TOPICS[name], self.values)
@@ -372,7 +372,7 @@ class RockingController(ManagedNode):
         else:
             measured = Status(Level.OK, "measurements", "every surface channel is there")
         try:
-            return [measured, *statuses_of(self._controller), *self._twin_word.statuses()]
+            return [measured, *statuses_of(self._controller), *self._twin_relay.statuses()]
         except InputError as error:
             self.shutdown_request.fail(error)
             return [measured]

@@ -110,7 +110,7 @@ def plan_after(
     options: PlanTestOptions,
     progress: Callable[[float], None] = lambda share: None,
 ) -> DrillingPlan:
-    """The test that tells the explanations of a diagnosis apart, and shows what its logs could not.
+    """The test that distinguishes the explanations of a diagnosis, and shows what its logs could not.
 
     Args:
         answer: The diagnosis.

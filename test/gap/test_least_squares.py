@@ -49,8 +49,8 @@ def test_broyden_update_changes_only_along_the_step():
 
 def test_linear_step_is_predicted_fully():
     jacobian, step = np.random.default_rng(2).normal(size=(3, 20)), np.array([0.3, -1.0, 2.0])
-    after, foretold = broyden_update(jacobian, step, step @ jacobian)
-    assert foretold == pytest.approx(1.0)
+    after, predicted = broyden_update(jacobian, step, step @ jacobian)
+    assert predicted == pytest.approx(1.0)
     assert after == pytest.approx(jacobian)
 
 

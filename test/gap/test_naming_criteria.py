@@ -223,14 +223,14 @@ def ends_the_gap(times: float) -> Evidence:
 
 
 def beats_no_named_effect(times: float) -> Evidence:
-    rival = form(scored(3.0, 2.0 - least_certain_gain() / times - NOISE), site="contact")
-    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+    alternative = form(scored(3.0, 2.0 - least_certain_gain() / times - NOISE), site="contact")
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[alternative])
 
 
 def is_no_likelier_elsewhere(times: float) -> Evidence:
     gain = chi2.ppf(1.0 - NAMING_LEVEL, 1) / times
-    rival = form(scored(2.9, np.where(TIME < 6.0, 2.0 - gain / np.sum(TIME < 6.0), 2.0)))
-    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+    alternative = form(scored(2.9, np.where(TIME < 6.0, 2.0 - gain / np.sum(TIME < 6.0), 2.0)))
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[alternative])
 
 
 # By name of a criterion: evidence at so many times its threshold.

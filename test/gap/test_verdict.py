@@ -155,11 +155,11 @@ def test_periodic_curve_closes_around_its_mean():
         def free_forms(self, values: Mapping[str, float]) -> list[FreeForm]:
             return [around]
 
-    rival = explain(Around(made.runs)).alternative
-    assert rival is not None
-    np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
-    assert rival.y[0] == rival.y[2]
-    assert abs(rival.y[0] + rival.y[1]) < 1e-9
+    alternative = explain(Around(made.runs)).alternative
+    assert alternative is not None
+    np.testing.assert_allclose(alternative.x, [0.0, 1.0, 2.0])
+    assert alternative.y[0] == alternative.y[2]
+    assert abs(alternative.y[0] + alternative.y[1]) < 1e-9
 
 
 # A sine law whose cause is not quite its own: it leaves a bend, which a law of the catalogue has.

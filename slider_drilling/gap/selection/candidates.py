@@ -190,15 +190,16 @@ def indistinguishable_from(
     It distinguishes them only if the accepted one both predicts better and leaves a smaller gap. A density that is
     better beside a gap that is not shows a better description of what is left, not a cause.
     """
-    rivals = [candidate for candidate in candidates if candidate is not accepted and candidate.passed]
-    level = NAMING_LEVEL / max(len(rivals), 1)
+    alternatives = [candidate for candidate in candidates if candidate is not accepted and candidate.passed]
+    level = NAMING_LEVEL / max(len(alternatives), 1)
     best = accepted.fitted.score
 
-    def distinguished(rival: FittedModel) -> bool:
-        wider = resampled_squared_gaps(bootstrap, rival.score) - resampled_squared_gaps(bootstrap, best)
-        return predicts_better(bootstrap, best, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
+    def distinguished(alternative: FittedModel) -> bool:
+        wider = resampled_squared_gaps(bootstrap, alternative.score) - resampled_squared_gaps(bootstrap, best)
+        better = predicts_better(bootstrap, best, alternative.score, len(alternatives))
+        return better and float(np.quantile(wider, level)) > 0.0
 
-    return tuple(candidate.effect.name for candidate in rivals if not distinguished(candidate.fitted))
+    return tuple(candidate.effect.name for candidate in alternatives if not distinguished(candidate.fitted))
 
 
 def _test_candidate(state: SearchState, model: FittedModel, remaining: Sequence[Effect], seed: int) -> CandidateResult:

@@ -293,10 +293,10 @@ def no_free_form_predicts_better(evidence: Evidence) -> bool:
     There a free form of a named effect only says that the cause is not quite the catalogue's law.
     """
     named = evidence.fitted.effects if evidence.state.adequacy.adequate else ()
-    rivals = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
+    alternatives = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
     count = len(evidence.free_forms)
     score = evidence.fitted.score
-    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in rivals)
+    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in alternatives)
 
 
 def no_form_elsewhere_is_likelier(evidence: Evidence) -> bool:

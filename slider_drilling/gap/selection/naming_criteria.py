@@ -36,11 +36,11 @@ class Kind(Enum):
 class Stage(Enum):
     """When a rule applies; the value says to what."""
 
-    CANDIDATE = "every finalist of a step"
-    OTHER_RUNS = "a finalist that passed so far, of several runs"
-    SECOND_EFFECT = "a finalist that passed so far, beside effects already in the model"
-    PLAUSIBLE_CALIBRATION = "a finalist, where calibration alone is enough but needs implausible values"
-    REPLACES_CALIBRATION = "a finalist that passed so far, where calibration alone needs implausible values"
+    CANDIDATE = "every candidate of a step"
+    OTHER_RUNS = "a candidate that passed so far, of several runs"
+    SECOND_EFFECT = "a candidate that passed so far, beside effects already in the model"
+    PLAUSIBLE_CALIBRATION = "a candidate, where calibration alone is enough but needs implausible values"
+    REPLACES_CALIBRATION = "a candidate that passed so far, where calibration alone needs implausible values"
     STILL_NEEDED = "every earlier effect, after another one was accepted"
     PAIR = "two effects that were accepted in one step, in the place of one or none"
     END = "every effect in the model, at the end of the search"

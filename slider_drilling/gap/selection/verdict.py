@@ -125,15 +125,15 @@ def _equally_good_form(state: SearchState, forms: Sequence[FreeFormFit]) -> Free
             return True
         return form.x.size <= parameter_count and not any(form.covers(effect) for effect in effects)
 
-    rivals = [form for form in forms if is_another_cause(form)]
+    alternatives = [form for form in forms if is_another_cause(form)]
     score = state.current.score
-    by_chance = chi2_critical(1, max(len(rivals), 1))
+    critical = chi2_critical(1, max(len(alternatives), 1))
 
     def is_outperformed(form: FreeFormFit) -> bool:
-        significant = predicts_better(state.bootstrap, score, form.score, len(rivals))
-        return significant and form.score.held_out_deviance - score.held_out_deviance > by_chance
+        significant = predicts_better(state.bootstrap, score, form.score, len(alternatives))
+        return significant and form.score.held_out_deviance - score.held_out_deviance > critical
 
-    return next((form for form in rivals if not is_outperformed(form)), None)
+    return next((form for form in alternatives if not is_outperformed(form)), None)
 
 
 def _structured_remainder(state: SearchState, forms: Sequence[FreeFormFit]) -> FreeFormFit | None:
