@@ -16,6 +16,7 @@ from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.plain_names import plain_name
 
 # Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. A likelihood ratio of that
 # size is beyond chance; without a change, only the model's own error in a manoeuvre that the baseline lacks exceeds it.
@@ -159,7 +160,7 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     if share_closed(unchanged**2, tried.gap**2) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
     beside = changed_beside(tried, search.calibrated)
-    return f"explains the difference only if {beside} has changed too" if beside else ""
+    return f"explains the difference only if {plain_name(beside)} has changed too" if beside else ""
 
 
 def is_physical_and_material(tried: TriedChange) -> bool:

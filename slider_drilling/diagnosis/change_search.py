@@ -108,7 +108,7 @@ def only_wandered(calibrated: Fit) -> bool:
 
 
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
-    """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
+    """A calibrated number that a candidate moves beyond three standard deviations, and beyond calibration; or empty."""
     values = tried.fit.values
     for each in _shared(calibrated):
         # A fit at its bound is not beyond it, whatever its last digit.

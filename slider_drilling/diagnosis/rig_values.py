@@ -70,12 +70,15 @@ def _effects_with(rig: Rig, values: Values) -> Effects:
     return replace(rig.effects, **changed)
 
 
-def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:
+_PROBES = 10  # stretches of the hole whose friction is probed
+
+
+def depth_probes(length: float) -> tuple[tuple[Parameter, float, float], ...]:
     """Friction multipliers (parameter, from, to) of equal stretches of a hole; length: m."""
-    edges = np.linspace(0.0, length, count + 1)
+    edges = np.linspace(0.0, length, _PROBES + 1)
     return tuple(
         (Parameter(f"probe_{index}", 1.0, 0.1, 5.0, 0.2), float(edges[index]), float(edges[index + 1]))
-        for index in range(count)
+        for index in range(_PROBES)
     )
 
 

@@ -181,7 +181,6 @@ def explain(
     seed: int = 0,
     starts: Sequence[Values] = ({},),
     effects: Sequence[Effect] | None = None,
-    floors: Sequence[dict[str, NoiseFloor]] | None = None,
     progress: Progress = lambda stage, share: None,
 ) -> GapDiagnosis:
     """Diagnose the gap between a model and the logs that it carries.
@@ -193,7 +192,6 @@ def explain(
         seed: Seed of resamples and replicates. The same seed gives the same diagnosis.
         starts: Nuisance values to start calibration from.
         effects: Candidate effects; the model's catalogue by default.
-        floors: Noise floors by run and channel, where they are known better than the log shows them.
         progress: Called with the stage and the share done, 0 to 1.
 
     Returns:
@@ -204,8 +202,7 @@ def explain(
     """
     started = time.perf_counter()
     candidates = list(model.effects if effects is None else effects)
-    if floors is None:
-        floors = noise_floors(model.runs)
+    floors = noise_floors(model.runs)
     state = calibrate(model, candidates, floors, starts, seed, progress)
     coupled = coupled_effect_sets(model, candidates)
     conditional = model.conditional_nuisance if isinstance(model, HasConditionalNuisance) else ()

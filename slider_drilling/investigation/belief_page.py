@@ -1,4 +1,4 @@
-"""investigation.html: how the belief moved from run to run; and investigation.json."""
+"""investigation.html: the probability of each explanation from run to run; and investigation.json."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from slider_drilling.investigation.loop import Investigation, Round
 from slider_drilling.pages import Bars, Chart, Headline, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.page import Cell
 from slider_drilling.pages.titles import well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text, displayed, sentence
 
@@ -26,7 +27,7 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
     if rounds:
         sections = [
             Section("Round by round", (_rounds_table(rounds),)),
-            Section("How the belief moved", (*_belief(rounds),)),
+            Section("Probability of each explanation", (*_belief(rounds),)),
             Section("What could be hidden", (_hidden(rounds),)),
         ]
     last = rounds[-1].diagnosis if rounds else None
@@ -43,7 +44,7 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
 
 def sealed_sentence(sealed: Sequence[tuple[str, float]]) -> str:
     """What was hidden in a sealed rig, in one sentence."""
-    hidden = " and ".join(f"{name.replace('_', ' ')} ({size:.1f} noise floors)" for name, size in sealed)
+    hidden = " and ".join(f"{plain_name(name)} ({size:.1f} noise floors)" for name, size in sealed)
     return f"Hidden in the sealed rig, with its size in the first log: {hidden}."
 
 
@@ -51,11 +52,11 @@ def _rounds_table(rounds: tuple[Round, ...]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for each in rounds:
         asked = each.diagnosis.get("next_manoeuvre")
-        still_open = "-" if asked is None else asked["reason"].replace("_", " ")
-        names = ", ".join(name.replace("_", " ") for name in each.diagnosis["effects"]) or "no name"
+        still_open = "-" if asked is None else asked["reason"]
+        names = ", ".join(plain_name(name) for name in each.diagnosis["effects"]) or "no name"
         took = "-" if each.plan is None else f"{each.plan['duration_s']:.0f} s"
         rows.append((
-            str(each.number), Tag(each.diagnosis["verdict"].replace("_", " "),
+            str(each.number), Tag(plain_name(each.diagnosis["verdict"]),
                                   VERDICT_TONES.get(each.diagnosis["verdict"], "bad")),
             names, still_open, _left(each.open_before), _left(each.open_after), took,
         ))  # fmt: skip
@@ -97,14 +98,14 @@ def _why_unnamed(done: Round) -> str:
     likeliest = max(answer["explanations"], key=lambda each: each["weight"])
     reasons = {row["effect"]: row["why_not"] for row in answer["ranking"]}
     said = [
-        f"{name.replace('_', ' ')} ({'; '.join(reasons[name])})"
+        f"{plain_name(name)} ({'; '.join(reasons[name])})"
         for name in likeliest["effects"] if name not in answer["effects"] and reasons.get(name)
     ]  # fmt: skip
     return f"Likeliest after log {done.number}, and not named: {', '.join(said)}." if said else ""
 
 
 def _name(explanation: dict[str, Any]) -> str:
-    return " and ".join(each.replace("_", " ") for each in explanation["effects"]) or "calibration alone"
+    return " and ".join(plain_name(each) for each in explanation["effects"]) or "calibration alone"
 
 
 def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
@@ -114,14 +115,14 @@ def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
         return "No test was planned."
     plans = [each.plan for each in planned if each.plan is not None]
     names = list(dict.fromkeys(row["name"] for plan in plans for row in plan["effects"]))
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for name in names:
         own = [next((row for row in plan["effects"] if row["name"] == name), None) for plan in plans]
         first = next(row for row in own if row is not None)
         cells = ["named" if row is None else f"{100.0 * row['power_without']:.0f} %" for row in own]
         end = "named" if own[-1] is None else f"{100.0 * own[-1]['power_with']:.0f} %"
-        usual = sentence(f"{first['parameter'].replace('_', ' ')} ", displayed(first["usual"], first["unit"], 2))
-        rows.append((name.replace("_", " "), usual, *cells, end))
+        usual = sentence(f"{plain_name(first['parameter'])} ", displayed(first["usual"], first["unit"], 2))
+        rows.append((plain_name(name), usual, *cells, end))
     heads = tuple(f"after log {each.number}" for each in planned)
     caption = (
         "Probability that an effect of a usual size is named: with the logs so far, and with the last test planned"

@@ -18,6 +18,7 @@ from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, RED
 from slider_drilling.pages.figures import wrapped_curve
 from slider_drilling.pages.png import render_png
 from slider_drilling.pages.titles import target_text, utc_time, well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Text, Units, sentence
 
@@ -132,7 +133,7 @@ def run_page(log: LogContents, summary: RunSummary, more: tuple[tuple[str, str],
     if has_depth and (by_depth := depth_charts(log)):
         sections.append(Section("By depth", by_depth))
     facts = [("log", Path(log.source).name)]
-    facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
+    facts += [(plain_name(key), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)
     return Page("Run", log_title(log), tuple(sections), tuple(facts), _headline(summary, units), notes)
 

@@ -92,7 +92,7 @@ class ProgrammeController:
         """Return the setpoints until the next sample."""
         self._surface.read(measurements, self._state is ProgrammeState.TARING)
         if self._state is ProgrammeState.TARING:
-            self._command = self._tare(measurements)
+            self._command = self._tare()
         else:
             fault = self._check_interlocks()
             if self._state is ProgrammeState.RUNNING:
@@ -137,7 +137,7 @@ class ProgrammeController:
         slide = self._execution.statuses() if isinstance(self._execution, SlideExecution) else ()
         return (Status(level, "programme", message, values), *(slide or self._interlocks.statuses()))
 
-    def _tare(self, measurements: Measurements) -> RigCommand:
+    def _tare(self) -> RigCommand:
         """Hold still and tare; begin the first step when that is over and every channel is there."""
         surface, value = self._surface, self._surface.monitor.value
         angle = value["top_drive_angle"]
