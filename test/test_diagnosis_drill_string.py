@@ -19,9 +19,8 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import DrillString
-from slider_drilling.diagnosis.free_forms import contact_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
-from slider_drilling.diagnosis.rig_values import depth_probes, rig_with
+from slider_drilling.diagnosis.rig_values import contact_with, depth_probes, rig_with
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json

@@ -76,17 +76,9 @@ def diagnose(
     for checked in checks:
         checked.raise_if_unusable()
     diagnosis = Diagnosis(tuple(log.source for log in logs), rig, find_rig_source(logs, rig), checks, "inconclusive")
-    idle = [checked.messages("uninformative") for checked in checks]
     remarks = _remarks_before_fit(diagnosis)
-    if all(idle):
-        notes = [*remarks, *(text for texts in idle for text in texts)]
-        try:
-            reason = f"the {'log allows' if len(logs) == 1 else 'logs allow'} no conclusion"
-            asked = recommend_first_run(model_without_logs(rig, _TEST_S), reason, seed)
-        except ValueError as error:
-            asked = None
-            notes.append(f"no test can be planned: {error}")
-        return replace(diagnosis, remarks=tuple(notes), next_manoeuvre=asked)
+    if all(checked.messages("uninformative") for checked in checks):
+        return _inconclusive(diagnosis, remarks, seed)
     prepared = build_model([checked.log for checked in checks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)
@@ -107,6 +99,18 @@ def diagnose(
     )
     errors = simulate_whole_runs(whole, answer.state, until, answer.free_runs)
     return with_engine_result(diagnosis, answer, whole, errors, candidates)
+
+
+def _inconclusive(diagnosis: Diagnosis, remarks: Sequence[Text], seed: int) -> Diagnosis:
+    """The answer where no log allows a conclusion: why, and the test to run first."""
+    notes = [*remarks, *(text for checked in diagnosis.log_checks for text in checked.messages("uninformative"))]
+    reason = f"the {'log allows' if len(diagnosis.logs) == 1 else 'logs allow'} no conclusion"
+    try:
+        asked = recommend_first_run(model_without_logs(diagnosis.rig, _TEST_S), reason, seed)
+    except ValueError as error:
+        asked = None
+        notes.append(f"no test can be planned: {error}")
+    return replace(diagnosis, remarks=tuple(notes), next_manoeuvre=asked)
 
 
 def _remarks_before_fit(diagnosis: Diagnosis) -> tuple[Text, ...]:
