@@ -15,7 +15,7 @@ from slider_drilling.diagnosis.rig_changes import changes_of_number
 from slider_drilling.diagnosis.usual_error import usual_gap
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_effects, screen
 
@@ -218,7 +218,7 @@ def _fit_change(
     freed = [parameter for parameter in freed if parameter.name not in own] + list(effect.parameters)
     starts = [start for start, _ in rank_starts(scan_effects(shaped, calibrated, []), screened)]
     fits = [
-        fit(shaped, freed, start, jacobian_rows=calibrated.jacobian_rows)
+        fit(shaped, freed, start, known=KnownStart(jacobian_rows=calibrated.jacobian_rows))
         for start in starts[: 2 if two_starts else 1]
     ]  # fmt: skip
     found = min(fits, key=lambda each: each.cost)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 from slider_drilling.gap.evidence.compare import gap_closed
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.experiment_design.knowledge import Explanation, explanations_of
 from slider_drilling.gap.model import Effect, HasConditionalNuisance, HasCoupledEffects, HasObserver, Model, Values
 from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floors

@@ -7,7 +7,8 @@ import numpy as np
 from toy import TIME, Toy, force, toy
 
 from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
-from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
+from slider_drilling.gap.evidence.free_forms import fit_free_forms
 from slider_drilling.gap.evidence.score import FOLDS, Folds, make_folds, score_held_out
 from slider_drilling.gap.model import FreeForm
 from slider_drilling.gap.problem.problem import Problem, build_problem

@@ -10,7 +10,7 @@ from toy import TIME, Toy, fit_toy, toy
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search import least_squares
-from slider_drilling.gap.search.least_squares import broyden_update, fit
+from slider_drilling.gap.search.least_squares import KnownStart, broyden_update, fit
 
 PARAMETERS = (Parameter("size", 1.0, 0.1, 9.0, 0.1), Parameter("fall", 1.0, 0.1, 9.0, 0.1),
               Parameter("level", 0.0, -9.0, 9.0, 0.1))  # fmt: skip
@@ -71,9 +71,8 @@ def test_continued_fit_simulates_nothing_again():
     problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
     begun = fit(problem, PARAMETERS, {}, iterations=2)
     before = problem.counter.count
-    gone_on = fit(
-        problem, PARAMETERS, begun.values, iterations=1, simulated=begun.simulated, jacobian_rows=begun.reusable_rows
-    )
+    known = KnownStart(begun.simulated, begun.reusable_rows)
+    gone_on = fit(problem, PARAMETERS, begun.values, iterations=1, known=known)
     with_it = problem.counter.count - before
     anew = fit(problem, PARAMETERS, begun.values, iterations=1)
     assert problem.counter.count - before - with_it > with_it

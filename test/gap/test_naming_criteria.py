@@ -14,7 +14,7 @@ from toy import EFFECTS, TIME, fit_toy, toy
 from slider_drilling.gap import criteria_table
 from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
 from slider_drilling.gap.evidence.compare import NAMING_LEVEL, gap_closed, predicts_better
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.problem.problem import build_problem

@@ -21,7 +21,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.gap.search.race import Arm, finalists
 from slider_drilling.gap.selection.calibration import lower_floors
 from slider_drilling.gap.selection.evidence_tests import Evidence
@@ -234,5 +234,6 @@ def _rules_out(now: FittedModel, before: FittedModel) -> bool:
     """Whether the log rules out the former optimum of the same effects: outside the confidence region (Wilks)."""
     if now is before:
         return False
-    there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, jacobian_rows=now.fit.jacobian_rows)
+    known = KnownStart(jacobian_rows=now.fit.jacobian_rows)
+    there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, known=known)
     return there.cost - now.fit.cost > chi2_critical(len(now.fit.parameters))

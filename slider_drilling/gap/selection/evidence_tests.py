@@ -23,7 +23,7 @@ from slider_drilling.gap.evidence.compare import (
     resampled_squared_gaps,
     share_closed,
 )
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Effect, HasCoupledEffects
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget, model_error_size

@@ -15,7 +15,8 @@ from slider_drilling.gap.evidence.compare import (
     predicts_better_among,
     resampled_squared_gaps,
 )
-from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
+from slider_drilling.gap.evidence.free_forms import fit_free_forms
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import HasFreeForms
 from slider_drilling.gap.search.least_squares import min_gain_to_catch_up
