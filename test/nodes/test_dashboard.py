@@ -91,8 +91,8 @@ def test_page_shows_graph_and_changes_it(graph: list[Node]) -> None:
     requests.put(SetTarget(-1.0))
     requests.put(SetParameter("rocking_controller", "gain", 1.5))
     requests.put(SetParameter("rocking_controller", "gain", 99.0))
-    notices = notice("target -57.3 deg"), notice("gain = 1.5"), notice("gain = 99: refused")
-    turn(graph, *notices, lambda: state.target == -1.0)
+    expected = notice("target -57.3 deg"), notice("gain = 1.5"), notice("gain = 99: refused")
+    turn(graph, *expected, lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
     requests.put(SetRocking(False))
