@@ -37,7 +37,7 @@ from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
 
-_NOT_FITTED = "scanned only: other changes promised more"
+_NOT_FITTED = "scanned only: other changes looked more promising"
 
 
 def change_diagnosis(

@@ -187,7 +187,7 @@ class Stepped(Toy):
 
     def free_forms(self, values: Mapping[str, float]) -> Sequence[FreeForm]:
         sets = tuple({**values, f"step_{at}": 0.1} for at in BEGINS)
-        after = tuple(tuple(float(at >= begun) for begun in BEGINS) for at in BEGINS)
+        after = tuple(tuple(float(at >= start) for start in BEGINS) for at in BEGINS)
         return [FreeForm("contact", "force over time", (), BEGINS, "s", sets, (0.1,) * len(BEGINS), y_unit="N",
                             basis=after, lower_bound=self.least)]  # fmt: skip
 

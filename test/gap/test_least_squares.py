@@ -69,14 +69,14 @@ def test_updated_jacobian_fits_as_well_as_new_ones(seed, monkeypatch):
 
 def test_continued_fit_simulates_nothing_again():
     problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
-    begun = fit(problem, PARAMETERS, {}, iterations=2)
+    first = fit(problem, PARAMETERS, {}, iterations=2)
     before = problem.counter.count
-    known = KnownStart(begun.simulated, begun.reusable_rows)
-    gone_on = fit(problem, PARAMETERS, begun.values, iterations=1, known=known)
+    known = KnownStart(first.simulated, first.reusable_rows)
+    continued = fit(problem, PARAMETERS, first.values, iterations=1, known=known)
     with_it = problem.counter.count - before
-    anew = fit(problem, PARAMETERS, begun.values, iterations=1)
+    anew = fit(problem, PARAMETERS, first.values, iterations=1)
     assert problem.counter.count - before - with_it > with_it
-    assert gone_on.cost <= begun.cost and anew.cost <= begun.cost
+    assert continued.cost <= first.cost and anew.cost <= first.cost
 
 
 def test_linear_fit_is_least_squares():

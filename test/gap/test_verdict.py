@@ -104,8 +104,8 @@ def test_likelier_free_form_elsewhere_withdraws_effect(by, named):
     state = explain(rubbed({"sine": 4.0}, shape="sine")).state
     (taken,) = state.steps
     current = replace(state.current, score=worse(state.current.score, by, 1.02))
-    judged = (replace(taken.candidates[0], fitted=current),)
-    decided = reach_verdict(replace(state, current=current, steps=(replace(taken, candidates=judged),)))
+    refitted = (replace(taken.candidates[0], fitted=current),)
+    decided = reach_verdict(replace(state, current=current, steps=(replace(taken, candidates=refitted),)))
     assert decided.effects == named
     assert decided.site == ("contact" if named else "string")
     assert decided.alternative is not None and decided.alternative.site == "string"

@@ -114,9 +114,9 @@ def test_target_is_taken_with_any_stamp(stamp, start, listener):
     listener.until(lambda: any(stamp >= 1.0 for stamp, *_ in listener.heard["tool_face_target"]), "own targets")
     at = 0 if stamp == "zero" else round(listener.heard["tool_face_target"][-1][0] * 1e9)
     typed.publish(cdr.encode_joint_state(at, "tool_face", -1.5))
-    begun = listener.time
+    started = listener.time
     listener.until(
-        lambda: any(stamp > begun and target == -1.5 for stamp, target, *_ in listener.heard["tool_face_target"])
+        lambda: any(stamp > started and target == -1.5 for stamp, target, *_ in listener.heard["tool_face_target"])
     )
 
 
