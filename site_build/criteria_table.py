@@ -10,14 +10,14 @@ from slider_drilling.gap import criteria_table
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SUMMARY, FULL = DOCS / "explanation" / "decision.md", DOCS / "reference" / "criteria.md"
-EVERY_FINALIST = "every finalist"
-"""Words of the test column of criteria that apply to every finalist."""
+EVERY_CANDIDATE = "every candidate"
+"""Words of the test column of criteria that apply to every candidate."""
 BEGIN, END = "<!-- naming criteria -->\n", "<!-- end of naming criteria -->"
 
 
 def summary() -> str:
-    """The criteria that every finalist must pass: name, threshold, reason."""
-    rows = [(row.name, row.threshold, row.reason) for row in criteria_table() if EVERY_FINALIST in row.test]
+    """The criteria that every candidate must pass: name, threshold, reason."""
+    rows = [(row.name, row.threshold, row.reason) for row in criteria_table() if EVERY_CANDIDATE in row.test]
     return _markdown(("criterion", "threshold", "reason"), rows)
 
 

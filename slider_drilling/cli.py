@@ -94,7 +94,8 @@ COMMANDS: dict[str, CommandEntry] = {
     "analyse": CommandEntry("slider_drilling.commands.analyse", "Find the friction in a log, and where it acts."),
     "identify": CommandEntry("slider_drilling.commands.identify", "Fit contact parameters to measured friction."),
     "import": CommandEntry(
-        "slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."
+        "slider_drilling.commands.import_table",
+        "Turn a recorder's table (CSV, LAS, XLSX, Parquet, WITSML, WITS) into a log.",
     ),
     "info": CommandEntry(
         "slider_drilling.commands.info", "List what a log holds, what it has lost, and what it is good for."

@@ -283,11 +283,11 @@ def unit_factor(unit: str, kind: str) -> float | None:
     return None if name is None else size * KINDS[kind][name]
 
 
-def format_alike(values: Sequence[float], digits: int = 3) -> list[str]:
-    """Numbers with the same decimals: so many digits for the largest; each its own if the smallest would lose all."""
-    places = shared_decimals(values, digits)
+def format_alike(values: Sequence[float]) -> list[str]:
+    """Numbers with the same decimals: three digits for the largest; each its own if the smallest would lose all."""
+    places = shared_decimals(values)
     if places is None:
-        return [format_number(value, digits) for value in values]
+        return [format_number(value) for value in values]
     return [f"{value + 0.0:.{places}f}" if math.isfinite(value) else format_number(value) for value in values]
 
 

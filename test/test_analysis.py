@@ -18,8 +18,9 @@ from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries
-from slider_drilling.paper_studies.whole_well import example_rig, slide
+from slider_drilling.paper_studies.whole_well import slide
 from slider_drilling.rig import FrictionInterval, dump_rig
+from slider_drilling.rig.example import example_rig
 
 ELEMENTS = 60
 

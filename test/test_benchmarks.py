@@ -22,11 +22,12 @@ from slider_drilling.benchmarks import suite as everything
 from slider_drilling.benchmarks.diagnosis import write_log
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import wall_seconds
-from slider_drilling.benchmarks.workload import RockingPlant, example_rig, rocking_commands, variants
+from slider_drilling.benchmarks.workload import RockingPlant, rocking_commands, variants
 from slider_drilling.commands.bench import command
 from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import Commands, Plant, VirtualRig, simulate
 from slider_drilling.log import read_log
+from slider_drilling.rig.example import example_rig
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
 

@@ -99,7 +99,7 @@ def test_detection_limit_beyond_tried_sizes_is_none():
     assert detection_limit([], []).size is None
 
 
-def test_plants_are_foreign_unless_told():
+def test_plants_are_foreign_unless_chosen():
     assert {case.plant for case in draw_cases(CasePlan(), 6)} == {"foreign"}
     assert {case.plant for case in draw_cases(CasePlan(plants=("foreign", "model")), 8)} == {"foreign", "model"}
 

@@ -11,8 +11,9 @@ from mcap_ros2.decoder import DecoderFactory
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
+from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.message_types import MESSAGE_TYPES
-from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, TOPICS, WRENCH_STAMPED
 
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
 VALUES = st.none() | st.floats(allow_nan=False)
@@ -75,7 +76,7 @@ def test_fluid_pressure(stamp, pressure, variance):
     data = cdr.encode_fluid_pressure(stamp, pressure, variance)
     message = decoded(FLUID_PRESSURE, data)
     assert (stamp_ns(message), message.fluid_pressure, message.variance) == (stamp, pressure, variance)
-    assert cdr.decode_fluid_pressure(data) == (stamp, pressure, variance)
+    assert TopicDecoder(TOPICS["standpipe_pressure"]).decode_one(data) == (stamp, (pressure, variance))
 
 
 def test_wrench_stamped():

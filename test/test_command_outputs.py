@@ -53,6 +53,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "import table.csv --mapping mapping.yaml -o mapping.yaml",
         "import table.csv --mapping mapping.yaml --rig rig.yaml -o rig.yaml",
         "diagnose run.mcap --rig rig.tuned.yaml -o .",
+        "diagnose run.mcap --topics next_programme.yaml -o .",
         "identify identify.csv -o .",
         "analyse analysis.json -o .",
     ],

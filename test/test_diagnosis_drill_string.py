@@ -19,9 +19,8 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import DrillString
-from slider_drilling.diagnosis.free_forms import contact_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
-from slider_drilling.diagnosis.rig_values import depth_probes, rig_with
+from slider_drilling.diagnosis.rig_values import contact_with, depth_probes, rig_with
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
@@ -103,7 +102,10 @@ def test_log_that_never_moved_is_inconclusive(tmp_path, coarse, monkeypatch):
     assert diagnosis.verdict == "inconclusive"
     assert "too little" in str(summary(diagnosis))
     assert diagnosis.gap is None
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "next_programme.yaml").write_text("of an earlier answer")
     paths = write_diagnosis(diagnosis, tmp_path / "out")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(path.name for path in paths)
     tree = json.loads(paths[0].read_text())
     assert tree["verdict"] == "inconclusive"
     assert tree["gap"]["nominal"] is None
@@ -257,7 +259,7 @@ def test_free_form_curve_is_its_laws_curve(tmp_path):
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
 def test_disturbed_contact_is_the_files_at_zero(orientation):
-    """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""
+    """Asperities turn by what the alternative asks for, never beyond lying along or across; give is relative."""
     file = short_rig().contact
     contact = replace(file, asperity=replace(file.asperity, orientation=orientation))
     assert contact_with(contact, {"friction_1": 1.1}) is contact

@@ -74,6 +74,16 @@ def test_readme_lists_every_command(repository: Path) -> None:
     assert listed == set(COMMANDS)
 
 
+def test_python_page_documents_every_public_name(repository: Path) -> None:
+    page = (repository / "docs" / "reference" / "python.md").read_text()
+    documented = {}
+    for path in re.findall(r"^::: (slider_drilling\.[\w.]+)$", page, re.MULTILINE):
+        module, _, name = path.rpartition(".")
+        documented[name] = getattr(importlib.import_module(module), name)
+    for name in set(sd.__all__) - {"__version__"}:
+        assert documented.get(name) is getattr(sd, name), name
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *(f"docs/{room}" for room in ROOMS)])
 def test_files_named_by_pages_exist(repository: Path, page: str) -> None:
     path = repository / page

@@ -14,7 +14,8 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan
 from slider_drilling.investigation import loop
 from slider_drilling.investigation.belief_page import belief_page, investigation_json
-from slider_drilling.investigation.loop import Investigation, InvestigationOptions, Round, investigate
+from slider_drilling.investigation.loop import Investigation, InvestigationOptions, investigate
+from slider_drilling.investigation.round import PlannedTest, Round, round_answer
 from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
@@ -26,11 +27,12 @@ from slider_drilling.units import SI
 ASKED = {"reason": "no known effect explains the gap"}
 
 
+def explanation(effects, weight):
+    return {"effects": list(effects), "weight": weight, "parameters": {}, "fidelity": 0}
+
+
 def answer(verdict="unknown", effects=(), asked=ASKED):
-    explanations = [
-        {"effects": list(effects), "weight": 0.7, "parameters": {}, "fidelity": 0},
-        {"effects": [], "weight": 0.3, "parameters": {}, "fidelity": 0},
-    ]
+    explanations = [explanation(effects, 0.7), explanation((), 0.3)]
     return {"schema": "slider_drilling/diagnosis/3", "log": "log", "verdict": verdict, "effects": list(effects),
             "summary": "So it is.", "next_manoeuvre": asked, "explanations": explanations, "ranking": []}  # fmt: skip
 
@@ -46,9 +48,9 @@ def scripted(monkeypatch):
             plan = SimpleNamespace(baseline=prospects[0], planned=SimpleNamespace(prospect=prospects[1]))
             return SimpleNamespace(plan=plan, programme=Programme((Step(Rest(5.0)),)))
 
-        monkeypatch.setattr(loop, "_answer", lambda folder, number, *rest: rounds[number - 1][0])
+        monkeypatch.setattr(loop, "_answer", lambda folder, number, *rest: round_answer(rounds[number - 1][0], "so"))
         monkeypatch.setattr(loop, "_plan", plan_of)
-        monkeypatch.setattr(loop, "plan_json", lambda plan: {"duration_s": 5.0, "effects": []})
+        monkeypatch.setattr(loop, "planned_test", lambda plan: PlannedTest(5.0, ()))
         monkeypatch.setattr(loop, "plan_page", lambda plan: None)
         monkeypatch.setattr(loop, "write_page", lambda path, page, units: path.write_text(""))
 
@@ -73,7 +75,7 @@ def test_folder_waits_for_each_log_and_goes_on(tmp_path, scripted):
     (tmp_path / "log2.mcap").touch()
     found = run(tmp_path)
     assert (found.waits_for, found.ending) == (None, "the answer stands")
-    assert [each.diagnosis["verdict"] for each in found.rounds] == ["unknown", "effect"]
+    assert [each.answer.verdict for each in found.rounds] == ["unknown", "effect"]
 
 
 def test_open_answer_ends_where_no_test_helps(tmp_path, scripted):
@@ -95,7 +97,7 @@ def test_rounds_are_not_exceeded(tmp_path, scripted):
     assert run(tmp_path, rounds=1).ending == "1 test was made"
 
 
-def test_page_shows_how_the_belief_moved(tmp_path, scripted):
+def test_page_shows_the_probability_of_each_explanation(tmp_path, scripted):
     scripted((answer(), 3.0, 1.0), (answer("effect", ["stribeck"], None), 0.0, 0.0))
     for number in (1, 2):
         (tmp_path / f"log{number}.mcap").touch()
@@ -111,8 +113,8 @@ def test_rare_explanations_share_the_last_colour():
     """A page has eight colours."""
     names = "abcdefghij"
     weights = dict.fromkeys(names, 0.02) | {"a": 0.82}
-    tree = answer() | {"explanations": [{"effects": [name], "weight": weights[name]} for name in names]}
-    page = belief_page(Investigation((Round(1, tree),), "so"), short_rig())
+    tree = answer() | {"explanations": [explanation([name], weights[name]) for name in names]}
+    page = belief_page(Investigation((Round(1, round_answer(tree, "so")),), "so"), short_rig())
     chart = next(item for section in page.sections for item in section.items if hasattr(item, "panels"))
     bars = {bar.name: bar.y[0] for bar in chart.panels[0].marks}
     assert list(bars) == [*names[:7], "others"]
@@ -121,12 +123,16 @@ def test_rare_explanations_share_the_last_colour():
 
 def test_likeliest_explanation_that_is_not_named_says_why():
     tree = answer() | {
-        "effects": [], "explanations": [{"effects": ["static_aging"], "weight": 0.9}, {"effects": [], "weight": 0.1}],
+        "effects": [], "explanations": [explanation(["static_aging"], 0.9), explanation([], 0.1)],
         "ranking": [{"effect": "static_aging", "why_not": ["too small"]}],
     }  # fmt: skip
-    assert "not named: static aging (too small)." in page_text(Investigation((Round(1, tree),), "so"))
+    assert "not named: static aging (too small)." in page_of_one_round(tree)
     named = tree | {"effects": ["static_aging"]}
-    assert "not named" not in page_text(Investigation((Round(1, named),), "so"))
+    assert "not named" not in page_of_one_round(named)
+
+
+def page_of_one_round(tree):
+    return page_text(Investigation((Round(1, round_answer(tree, "so")),), "so"))
 
 
 def page_text(investigation):
@@ -134,7 +140,7 @@ def page_text(investigation):
 
 
 def test_seal_is_opened_at_the_end():
-    done = Investigation((Round(1, answer()),), "so", sealed=(("cuttings_bed", 1.52),))
+    done = Investigation((Round(1, round_answer(answer(), "so")),), "so", sealed=(("cuttings_bed", 1.52),))
     assert "with its size in the first log: cuttings bed (1.5 noise floors)." in page_text(done)
     assert investigation_json(done)["sealed"] == [{"effect": "cuttings_bed", "size": 1.52}]
     assert investigation_json(replace(done, sealed=None))["sealed"] is None

@@ -86,8 +86,8 @@ def test_only_the_compiling_thread_announces(own_stderr):
         other = Thread(target=compile_it)
         other.start()
         other.join()
-    told = own_stderr.readouterr().err
-    assert told.count("compiling a tripling") == told.count("compiled in") == 1
+    warned = own_stderr.readouterr().err
+    assert warned.count("compiling a tripling") == warned.count("compiled in") == 1
 
 
 def test_threads_are_all_cores_of_the_process():

@@ -154,5 +154,5 @@ def test_a_share_that_leaves_too_little_to_fit_is_refused(samples: int, channels
 
     run = SimpleNamespace(time=np.arange(samples), channels=channels)
     model = SimpleNamespace(truncated=lambda share: SimpleNamespace(runs=(run,)))
-    with pytest.raises(InputError, match=rf"--until 1e-09: leaves {samples} samples of run.mcap; give a larger share"):
+    with pytest.raises(InputError, match=rf"^until 1e-09: leaves {samples} samples of run.mcap; give a larger share"):
         _first_share(model, 1e-9, ["run.mcap"])  # type: ignore[arg-type]

@@ -259,10 +259,10 @@ def test_full_disk_leaves_no_empty_log(tmp_path: Path) -> None:
 
 def test_killed_recording_loses_the_last_second_at_most(tmp_path: Path) -> None:
     program = (
-        "import sys, time\nfrom slider_drilling.log import LogWriter\nbegun = time.monotonic()\n"
+        "import sys, time\nfrom slider_drilling.log import LogWriter\nstarted = time.monotonic()\n"
         "writer = LogWriter(sys.argv[1], rig_text='schema: x')\n"
         "while True:\n"
-        "    now = time.monotonic() - begun\n"
+        "    now = time.monotonic() - started\n"
         "    writer.joint_state('top_drive/joint_states', now, 'top_drive', now, 0.0, 0.0)\n"
         "    print(now, flush=True)\n"
         "    time.sleep(0.02)\n"

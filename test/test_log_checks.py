@@ -211,7 +211,7 @@ def test_table_of_checks_of_a_sound_log(log, rig):
     assert alone["units and levels"][0] == "not checked" and alone["gaps"][0] == "ok"
 
 
-@pytest.mark.parametrize(("null", "unit"), [(-999.25, "klbf"), (-9999.0, "kN"), (-999.0, "N")])
+@pytest.mark.parametrize(("null", "unit"), [(-999.25, "klbf"), (-9999.0, "kN"), (-999.0, "N"), (65535.0, "kN")])
 def test_nulls_in_a_recorded_log_are_masked(log, rig, null, unit):
     def filled(load):
         load[[50, 300, 301]] = null * KINDS["force"][unit]

@@ -32,7 +32,7 @@ from slider_drilling.pages import (
     write_page,
 )  # fmt: skip
 from slider_drilling.pages.colours import DARK, LIGHT, ORDER
-from slider_drilling.pages.figures import decimate, wrap_degrees
+from slider_drilling.pages.figures import decimate, wrapped_curve
 from slider_drilling.pages.plotly_js import plotly_spec, round_ticks, rounded_numbers
 from slider_drilling.pages.png import render_png
 from slider_drilling.units import FIELD, SI, sentence
@@ -176,7 +176,7 @@ def test_decimation_keeps_extremes() -> None:
 
 def test_wrapping_breaks_line_at_180_degrees() -> None:
     degrees = np.array([170.0, 175.0, 185.0, 190.0])
-    np.testing.assert_array_equal(wrap_degrees(degrees), [170.0, 175.0, np.nan, -170.0])
+    np.testing.assert_array_equal(wrapped_curve(degrees), [170.0, 175.0, np.nan, -170.0])
     assert degrees[2] == 185.0
 
 

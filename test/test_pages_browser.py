@@ -35,11 +35,11 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     table = Table(tuple(f"column {k}, kN" for k in range(14)), (tuple(float(k) for k in range(14)),) * 3)
     grid = HeatMap("A map", "speed, m/s", "size, mm", "share", np.arange(5.0), np.arange(4.0), np.eye(4, 5))
     chart = Chart("Tall", "time, s", PANELS, wide=True)
-    told = Table(("claim", "size, kN", "what came of it"), (("It holds " * 20, 1.0, "as far as it goes " * 10),) * 2)
+    claims = Table(("claim", "size, kN", "what came of it"), (("It holds " * 20, 1.0, "as far as it goes " * 10),) * 2)
     reference = (1.0, "what noise reaches in 100 logs")
     level = Chart("Level", "time, s", (Panel("channel, kN m", (WAVE,), reference_line=reference),))
     folded = Section("Folded", (Chart("In it", "time, s", PANELS[:1]),), collapsed=True)
-    what = Section("What", ("Text.", table, chart, grid, told, level))
+    what = Section("What", ("Text.", table, chart, grid, claims, level))
     write_page(path, Page("Run", "A well, 45 deg, by a_module.of.many.words:AndAClassOfMore", (what, folded)), FIELD)
     return path
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from slider_drilling.paper_studies import weight_transfer, zones
-from slider_drilling.paper_studies.whole_well import example_rig, longer, slide
+from slider_drilling.paper_studies.whole_well import longer, slide
+from slider_drilling.rig.example import example_rig
 
 
 def test_longer_well_keeps_string_on_bottom():

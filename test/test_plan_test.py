@@ -130,7 +130,7 @@ def test_each_run_has_its_own_phase():
     ("arguments", "words"),
     [
         ([], "give --rig RIG, or --after"),
-        (["--rig", "RIG", "--minutes", "0"], "--minutes 0: must be 1 to 30 min"),
+        (["--rig", "RIG", "--minutes", "0"], "minutes 0: must be 1 to 30 min"),
         (["--after", "JSON"], "not a diagnosis: give a diagnosis.json"),
     ],
 )

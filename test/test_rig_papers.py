@@ -209,8 +209,8 @@ def test_everything_assumed_has_spread_and_reason(papers: tuple[Path, Path]) -> 
     cased, open_hole = rig.well.friction_intervals
     assert cased.to == pytest.approx(2000 * FOOT)
     assert open_hole.factor == pytest.approx(0.21 / mean_friction(), abs=0.01)
-    told = ("motor.stall", "motor.torque", "mud.density", "mud_pump")
-    assert not any(item.key.startswith(told) for item in rig.assumed)
+    on_papers = ("motor.stall", "motor.torque", "mud.density", "mud_pump")
+    assert not any(item.key.startswith(on_papers) for item in rig.assumed)
 
 
 def test_motor_of_the_table_is_assumed(papers: tuple[Path, Path]) -> None:

@@ -253,13 +253,13 @@ def test_unseen_logs_measure_added_share():
                                closed_in_other_runs=None, failures=())  # fmt: skip
 
     first = entry("load_friction_external", (), load_friction_external__share=0.3)
-    rival = entry("quadratic_load", (), quadratic_load__factor=0.1)
+    alternative = entry("quadratic_load", (), quadratic_load__factor=0.1)
     idle = entry("backlash", ("load_friction_external",), load_friction_external__share=0.3, backlash__angle=0.0)
     state = SimpleNamespace(
         calibrated=SimpleNamespace(fit=SimpleNamespace(values={}), names=()), steps=(SimpleNamespace(accepted=first),)
     )
     groups = {"load_friction_external": ("quadratic_load",)}
-    diagnosis = SimpleNamespace(state=state, candidates=(first, rival, idle), indistinguishable=groups)
+    diagnosis = SimpleNamespace(state=state, candidates=(first, alternative, idle), indistinguishable=groups)
     lines = servo.candidate_lines(diagnosis, [unseen])
     assert "load_friction_external closes 0.50 [0.40, 0.60], of logs that no fit has seen 0.9" in lines[0]
     assert "backlash closes 0.50 [0.40, 0.60] of what load_friction_external leaves" in lines[2]

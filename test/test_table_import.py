@@ -300,14 +300,14 @@ def test_command_does_not_overwrite_the_table(tmp_path: Path) -> None:
     assert table.read_text() == "t,torque\n0,1\n"
 
 
-@pytest.mark.parametrize(("units", "told"), [("si", r"1\.000 to 2\.000 +kN m"), ("field", r"737\.6 to 1475 +ft lbf")])
-def test_command_lists_contents_in_chosen_units(tmp_path: Path, units: str, told: str) -> None:
+@pytest.mark.parametrize(("units", "shown"), [("si", r"1\.000 to 2\.000 +kN m"), ("field", r"737\.6 to 1475 +ft lbf")])
+def test_command_lists_contents_in_chosen_units(tmp_path: Path, units: str, shown: str) -> None:
     table = table_file(tmp_path, "t,torque,tf\n0,1000,-90\n1,2000,45\n")
     channels = {"surface_torque": {"column": "torque", "unit": "N m"}, "tool_face": {"column": "tf", "unit": "deg"}}
     mapping = mapping_file(tmp_path, channels=channels)
     arguments = [str(table), "--mapping", str(mapping), "-o", str(tmp_path / "o.mcap")]
     answer = CliRunner().invoke(command, [*arguments, "--units", units], catch_exceptions=False)
-    assert re.search(told, answer.output)
+    assert re.search(shown, answer.output)
     assert re.search(r"-90\.00 to 45\.00 +deg", answer.output), "a toolface is in degrees, never in turns"
 
 

@@ -136,7 +136,7 @@ def lowered(rig: Rig, speed: float) -> float:
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_moving_plant_settles_to_static_loads(direction):
-    """The string's own damping, proportional to speed, is what tells them apart: none is left at zero speed."""
+    """The string's own damping, proportional to speed, distinguishes them: none is left at zero speed."""
     rig = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, depth_of_cut_stiffness=1e-9))
     at_rest = 2.0 * lowered(rig, 0.05 * direction) - lowered(rig, 0.1 * direction)
     assert at_rest == pytest.approx(static_loads(rig, axial_speed=direction, elements=100).hook_load, rel=2e-4)

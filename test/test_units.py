@@ -1,4 +1,4 @@
-"""Numbers told in SI's and in the field's units: exact factors, one table."""
+"""Numbers in SI's and in the field's units: exact factors, one table."""
 
 import math
 
@@ -19,7 +19,7 @@ from slider_drilling.units import (
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "told", "in_unit"),
+    ("value", "unit", "converted", "in_unit"),
     [
         (0.3048, "m", 1.0, "ft"),
         (4.4482216152605, "kN", 1.0, "klbf"),
@@ -34,9 +34,9 @@ from slider_drilling.units import (
         (12.0, "s", 12.0, "s"),
     ],
 )
-def test_field_units(value: float, unit: str, told: float, in_unit: str) -> None:
+def test_field_units(value: float, unit: str, converted: float, in_unit: str) -> None:
     assert FIELD.display_unit(unit) == in_unit
-    assert FIELD.convert(value, unit) == pytest.approx(told, rel=1e-14)
+    assert FIELD.convert(value, unit) == pytest.approx(converted, rel=1e-14)
     assert SI.display_unit(unit) == unit and SI.convert(value, unit) == value
 
 

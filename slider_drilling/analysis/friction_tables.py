@@ -10,6 +10,7 @@ from slider_drilling.analysis.driller_weights import MOTIONS, DrillerWeights
 from slider_drilling.analysis.fit_friction import IntervalFriction
 from slider_drilling.pages import Table
 from slider_drilling.pages.page import Cell
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Units
 
 
@@ -62,7 +63,7 @@ def _readings(calibration: FrictionCalibration, units: Units) -> Table:
             value, found = getattr(read, name), getattr(model, name)
             if value is not None:
                 unit = "kN m" if name == "torque" else "kN"
-                rows.append((units.format(read.depth, "m", 5), name.replace("_", " "),
+                rows.append((units.format(read.depth, "m", 5), plain_name(name),
                              units.format(value / 1e3, unit, 4), units.format(found / 1e3, unit, 4)))  # fmt: skip
     return Table(("bit depth", "reading", "driller, without the block", "calibrated model"), tuple(rows), "Readings")
 

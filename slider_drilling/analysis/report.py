@@ -19,6 +19,7 @@ from slider_drilling.analysis.friction_tables import (
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Table
 from slider_drilling.paper_studies.study import Study, curve, curve_chart
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import SI, Text, Units, sentence
 
 SCHEMA = "slider_drilling/analysis/1"
@@ -206,7 +207,7 @@ def _axial_rows(analysis: Analysis, units: Units) -> list[tuple[str, str]]:
         return []
     rows = []
     for name in ("with_rocking", "without_rocking"):
-        words, share = name.replace("_", " "), transfer[name]["share_reaching_the_bit"]
+        words, share = plain_name(name), transfer[name]["share_reaching_the_bit"]
         friction = f"{units.format(axial[name]['mean'] / 1e3, 'kN')}, {axial[name]['over_coulomb']:.3f} of Coulomb"
         reaches = "no weight let down" if share is None else f"{100 * share:.0f} % of the weight let down"
         rows.append((f"axial friction {words}", friction))

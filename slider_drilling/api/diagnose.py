@@ -86,7 +86,9 @@ class DiagnosisResult(TableExport):
         })  # fmt: skip
 
     def save(self, folder: str | os.PathLike[str], units: Units = SI) -> list[Path]:
-        """Write diagnosis.json, rig.tuned.yaml and report.html; returns their paths.
+        """Write diagnosis.json, rig.tuned.yaml, report.html and the programme to run next; returns their paths.
+
+        Without a programme to run, an old next_programme.yaml in the folder is deleted.
 
         Args:
             folder: Created if it does not exist.
@@ -168,7 +170,7 @@ def _common_rig(records: Sequence[RigLog], rig: Rig | None) -> Rig:
             if record.rig() != nominal:
                 raise InputError(
                     f"{record.source}: its rig file differs from that of {records[0].source}; "
-                    "give the one to use with --rig (rig=)"
+                    "give the one to use (rig)"
                 )
     return nominal
 

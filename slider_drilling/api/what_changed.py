@@ -44,17 +44,15 @@ class ChangeRequest:
             InputError: Naming the options.
         """
         if self.since is not None and self.baseline:
-            raise InputError("--since and --baseline: give one of them: --since splits one log, --baseline is another")
+            raise InputError("since and baseline: give one of them: since splits one log, baseline is another")
         if self.since is not None and len(self.logs) > 1:
-            raise InputError(f"--since {self.since}: splits one log; {len(self.logs)} are given")
+            raise InputError(f"since {self.since}: splits one log; {len(self.logs)} are given")
         if until != 1.0:
-            raise InputError(f"--until {until:g}: not with --baseline or --since, which fit the whole later log")
+            raise InputError(f"until {until:g}: not with baseline or since, which fit the whole later log")
         if with_after:
-            raise InputError("--after: not with --baseline or --since, whose baseline is calibrated anew")
+            raise InputError("after: not with baseline or since, whose baseline is calibrated anew")
         if with_user_effects:
-            raise InputError(
-                "--effect: not with --baseline or --since: only the catalogue and changes of the rig there"
-            )
+            raise InputError("effects: not with baseline or since: only the catalogue and changes of the rig there")
 
 
 def parse_since(text: str | None) -> float | Literal["auto"] | None:
@@ -89,7 +87,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
             first = twin.detections[0]
             windows = windows_of_change(first.interval, first.detected, 0.0, length)
             return Since(first.since, first.interval, found=True, log_start=windows.after), windows
-    raise InputError(f"--since auto: {log.source}: no change detected; give the time from which on to compare")
+    raise InputError(f"since auto: {log.source}: no change detected; give the time from which on to compare")
 
 
 def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) -> Diagnosis:

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import wall_seconds
-from slider_drilling.benchmarks.workload import example_rig, rocking_commands
+from slider_drilling.benchmarks.workload import rocking_commands
 from slider_drilling.effects import Effects, Stribeck
+from slider_drilling.rig.example import example_rig
 
 DURATION = 300.0  # s of the log
 

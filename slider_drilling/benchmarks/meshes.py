@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.benchmarks.timing import processor_seconds
-from slider_drilling.benchmarks.workload import example_rig, rocking_commands
+from slider_drilling.benchmarks.workload import rocking_commands
 from slider_drilling.drillstring import Plant, Response, simulate, simulate_batch
 from slider_drilling.rig import Rig
+from slider_drilling.rig.example import example_rig
 from slider_drilling.wellbore.static_loads import static_loads
 from slider_drilling.wellbore.well_path import WellPath
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.benchmarks.timing import wall_seconds
-from slider_drilling.benchmarks.workload import example_rig
 from slider_drilling.rig import Rig
+from slider_drilling.rig.example import example_rig
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
 from slider_drilling.wellbore.well_path import WellPath

@@ -9,9 +9,10 @@ import dataclasses
 from dataclasses import dataclass
 
 from slider_drilling.benchmarks.timing import wall_seconds
-from slider_drilling.benchmarks.workload import example_rig, rocking_commands
+from slider_drilling.benchmarks.workload import rocking_commands
 from slider_drilling.drillstring import simulate
 from slider_drilling.rig import Rig
+from slider_drilling.rig.example import example_rig
 
 
 @dataclass(frozen=True)

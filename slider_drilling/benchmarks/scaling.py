@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from slider_drilling.benchmarks.timing import processor_seconds, wall_seconds
-from slider_drilling.benchmarks.workload import RockingPlant, example_rig, rocking_commands, variants
+from slider_drilling.benchmarks.workload import RockingPlant, rocking_commands, variants
 from slider_drilling.drillstring import simulate_batch
+from slider_drilling.rig.example import example_rig
 
 ELEMENTS = (25, 50, 100, 200, 500, 1000, 2000)
 RUNS = (1, 2, 4, 8, 16, 32, 64, 128, 256)

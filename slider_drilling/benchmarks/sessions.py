@@ -13,8 +13,8 @@ from pathlib import Path
 
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import wall_seconds
-from slider_drilling.benchmarks.workload import example_rig
 from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
+from slider_drilling.rig.example import example_rig
 
 TIMEOUT = 600.0
 NO_ROS = "not available: ROS 2 is not installed (pip install 'slider_drilling[ros]', or source a ROS 2 Jazzy)"

@@ -10,9 +10,10 @@ from slider_drilling.benchmarks.timing import wall_seconds
 
 _PEAK = "from slider_drilling.benchmarks.machine import peak_megabytes; print(peak_megabytes())"
 _SIMULATED = (
-    "from slider_drilling.benchmarks.workload import example_rig, rocking\n"
+    "from slider_drilling.benchmarks.workload import rocking_commands\n"
     "from slider_drilling.drillstring import simulate\n"
-    "rig = example_rig(); simulate(rig, rocking(rig, 300.0))\n"
+    "from slider_drilling.rig.example import example_rig\n"
+    "rig = example_rig(); simulate(rig, rocking_commands(rig, 300.0))\n"
 )
 
 

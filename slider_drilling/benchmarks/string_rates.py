@@ -9,9 +9,10 @@ import numpy as np
 
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import processor_seconds, wall_seconds
-from slider_drilling.benchmarks.workload import ELEMENTS, RockingPlant, example_rig, rocking_commands, variants
+from slider_drilling.benchmarks.workload import ELEMENTS, RockingPlant, rocking_commands, variants
 from slider_drilling.drillstring import kernel, simulate_batch
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
+from slider_drilling.rig.example import example_rig
 
 BATCH = 64
 _CACHED = 96  # elements whose arrays, 18 kB, stay in any processor's first-level cache

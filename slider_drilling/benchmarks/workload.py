@@ -9,15 +9,9 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands, Plant
 from slider_drilling.drillstring.kernel_arrays import Array
-from slider_drilling.files.installed_files import installed_file
-from slider_drilling.rig import Rig, load_rig
+from slider_drilling.rig import Rig
 
 ELEMENTS = 200
-
-
-def example_rig() -> Rig:
-    """The 4 km horizontal well of the package."""
-    return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:

@@ -22,7 +22,7 @@ from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import STARTS, rank_starts, scan_effects, screen
 from slider_drilling.gap.selection.calibration import lower_floors
@@ -97,7 +97,7 @@ def _beside(problem: Problem, base: Fit, known: Sequence[Effect], effect: Effect
     (screened,) = screen(scan)
     freed = parameters_of(own, (*known, effect))
     ranked = rank_starts(scan, screened)[:STARTS]
-    fits = [fit(own, freed, values, simulated=row) for values, row in ranked]
+    fits = [fit(own, freed, values, known=KnownStart(row)) for values, row in ranked]
     # From almost none of the effect, too; and where calibration has made up for the effect, from nominal values.
     amplitude = effect.parameters[0]
     point = min(effect.scan, key=lambda each: abs(each[0] - amplitude.nominal))

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.blind.log_defects import LogDefect
 from slider_drilling.blind.sealed_plant import INTERVAL_S
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.kernel_arrays import Array
-from slider_drilling.drillstring.sensors import quantise, wrap_angle
+from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig, dump_rig

@@ -13,7 +13,7 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_subfolder, write_atomically
+from slider_drilling.files.output_files import delete_old, make_subfolder, write_atomically
 from slider_drilling.log.log_files import logs_below
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.user_code import source_files
@@ -200,7 +200,7 @@ def row_of_result(log: Path, folder: str, result: JobResult) -> LogRow:
 
 
 def write_report_files(files: Mapping[str, str], output: Path, folder: str) -> None:
-    """Writes the files of a log's report into a folder of their own.
+    """Writes the files of a log's report into a folder of their own; deletes the programme of an earlier answer.
 
     Args:
         files: Name and text of each.
@@ -210,9 +210,13 @@ def write_report_files(files: Mapping[str, str], output: Path, folder: str) -> N
     Raises:
         InputError: A file cannot be written.
     """
+    from slider_drilling.diagnosis.save import NEXT_PROGRAMME
+
     place = make_subfolder(output, folder)
     for name, text in files.items():
         write_atomically(place / name, text.encode("utf-8"))
+    if NEXT_PROGRAMME not in files:
+        delete_old(place / NEXT_PROGRAMME)
 
 
 def log_row(log: Path, folder: str, diagnosis: Mapping[str, Any]) -> LogRow:

@@ -41,8 +41,8 @@ Examples:
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
-              help="Folder for diagnosis.json, report.html and rig.tuned.yaml; a folder each for several "
-                   "logs.")  # fmt: skip
+              help="Folder for diagnosis.json, report.html, rig.tuned.yaml and the next programme; a folder each for "
+                   "several logs.")  # fmt: skip
 @namespace_option
 @topics_option
 @click.option("--seed", default=0, show_default=True, type=SEED,
@@ -92,8 +92,8 @@ def command(
     With --baseline or --since: what is different from an earlier log, or from a time on, and how much that explains.
 
     Several LOGS, or folders of logs, are diagnosed one by one, with a table over all. Ctrl-C keeps the finished ones;
-    the same command resumes. With one log, or --together, Ctrl-C (or SIGTERM) writes the best answer so far, marked
-    partial. The exit code is then 130 (143).
+    the same command resumes. With one log, or --together, Ctrl-C (or SIGTERM) writes the best answer so far:
+    `interrupted` is then true, and a remark says so. The exit code is then 130 (143).
     """
     from slider_drilling.api.diagnose import diagnose
     from slider_drilling.api.what_changed import parse_since
@@ -101,7 +101,7 @@ def command(
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.commands.diagnose_logs import diagnose_each
     from slider_drilling.console.streams import progress_stages, stderr
-    from slider_drilling.diagnosis.save import FILES
+    from slider_drilling.diagnosis.save import FILES, NEXT_PROGRAMME
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
     from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_distinct, check_outputs, make_folder
@@ -119,7 +119,7 @@ def command(
         return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
     answer = after / FILES[0] if after is not None and after.is_dir() else after
-    check_outputs([output / name for name in FILES], (*logs, *before, rig_path, topics_path, answer))
+    check_outputs([output / name for name in (*FILES, NEXT_PROGRAMME)], (*logs, *before, rig_path, topics_path, answer))
     own = [*([] if compared else installed_effects()), *(load_effect(reference) for reference in effects)]
     records, earlier = (
         [read_log(path, rig_path, namespace, topics_path) for path in paths] for paths in (logs, before)

@@ -184,8 +184,8 @@ def _print(found: Investigation) -> None:
     from slider_drilling.investigation.belief_page import sealed_sentence
 
     for each in found.rounds:
-        names = ", ".join(each.diagnosis["effects"]) or "no name"
-        stdout().print(f"after log {each.number}: {each.diagnosis['verdict']}: {names}")
+        names = ", ".join(each.answer.effects) or "no name"
+        stdout().print(f"after log {each.number}: {each.answer.verdict}: {names}")
     stdout().print(found.ending)
     if found.sealed is not None:
         stdout().print(sealed_sentence(found.sealed))

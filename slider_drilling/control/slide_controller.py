@@ -22,7 +22,13 @@ from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.slide_state import SlideState
 from slider_drilling.control.interface import Measurements, RigCommand, Status
 from slider_drilling.control.interlocks.motor_stall import StallGuard, StallState
-from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, Interlocks, Permission
+from slider_drilling.control.interlocks.slide_interlocks import (
+    HOLD_AFTER,
+    MIN_FLOW_SHARE,
+    MIN_RATE,
+    Interlocks,
+    Permission,
+)
 from slider_drilling.control.load_supervision import LoadSupervision
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
@@ -41,7 +47,6 @@ from slider_drilling.wellbore.zones import Zones
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-MIN_RATE = 5.0               # Hz; below it strokes are no longer followed (3 Hz doubles the error, 2 Hz drills nothing)
 _LOST_TURN = math.radians(200.0)   # rad of error: another turn of the target is nearer now
 # The more pipe drags, the less of the driving twist turns the bit: mobility falls from this share of drag on, to its
 # minimum over this range.
@@ -49,7 +54,6 @@ _HELD_DRAG, _HELD_RANGE, _MIN_MOBILITY = 0.25, 0.3, 0.1
 _HOLDING_DRAG = 0.15         # share of drag, below which contacts do not hold a loaded bit
 _HALF_LOADED = 0.5           # of the target pressure, above which drag and swing show the reach of rocking
 _RELEASED_SHARE = 0.25       # of the target pressure, below which the bit is off bottom
-_MIN_FLOW_SHARE = 0.3        # of the reference flow, below which the motor is not driven
 
 
 class SlideController:
@@ -87,7 +91,7 @@ class SlideController:
         stall = StallGuard(
             settings.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._block.target_pressure)
         self._interlocks = Interlocks(settings.make_up_torque_limit, settings.back_off_torque_limit, stall,
-                                      _MIN_FLOW_SHARE * self._reference_pump_speed)
+                                      MIN_FLOW_SHARE * self._reference_pump_speed)
         self._reversal = TorqueLimitedReversal(settings.right_reversal_torque, settings.left_reversal_torque)
         self._load = LoadSupervision(rig, settings, self._block, self._state.pressure)
         self._permission = Permission(False, False, True)

@@ -21,14 +21,14 @@ def asked_programme(asked: RecommendedManoeuvre) -> Programme:
 
 def ask_next(asked: RecommendedManoeuvre, rig: Rig) -> Sentence:
     """The run in one line."""
-    return sentence(f"ask next ({_reason(asked)}): ", in_one_line(programme_in_words(asked_programme(asked), rig)))
+    return sentence(f"ask next ({asked.reason}): ", in_one_line(programme_in_words(asked_programme(asked), rig)))
 
 
 def asked_items(asked: RecommendedManoeuvre, rig: Rig) -> list[Text | BulletList]:
     """The run for a page: why, what to do, and what it would show."""
     steps = programme_in_words(asked_programme(asked), rig)
     items: list[Text | BulletList] = [
-        f"This is open: {_reason(asked)}. Ask the rig for this next ({steps[-1].begin + steps[-1].duration:.0f} s), "
+        f"This is open: {asked.reason}. Ask the rig for this next ({steps[-1].begin + steps[-1].duration:.0f} s), "
         "and diagnose both logs together:",
         BulletList(tuple(sentence(step.text, f" ({step.duration:.0f} s)") for step in steps)),
     ]
@@ -39,7 +39,3 @@ def asked_items(asked: RecommendedManoeuvre, rig: Rig) -> list[Text | BulletList
             f"{asked.log_likelihood_ratio:.0f} after it; 7 decides 1000 to 1."
         )
     return items
-
-
-def _reason(asked: RecommendedManoeuvre) -> str:
-    return asked.reason.replace("_", " ")

@@ -11,7 +11,7 @@ from typing import Any
 
 from slider_drilling.gap.model import Parameter
 from slider_drilling.rig import Rig
-from slider_drilling.rig.assumptions import key_steps
+from slider_drilling.schema.changes import key_steps
 from slider_drilling.schema.fields import to_tree
 
 _SIGMAS = 3.0  # within which a fit may look

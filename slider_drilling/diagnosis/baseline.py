@@ -12,6 +12,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
 from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
@@ -35,7 +36,6 @@ _MIN_SHARE = 0.15
 # Gain of ``-2 log p`` per sample below which nothing is worth a fit.
 _MIN_GAIN = 30.0
 _NO_BASELINE = 30.0  # E, beyond which a calibrated model says nothing of the rig
-_TWISTS = (0.0, -4.0)  # rad, starts of the twist of the string
 _UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
 # How much of its own a calibrated number may wander within an hour, one standard deviation (Structure of foreign
 # plants: slow changes of friction, bit and pressure; a log that deepens).
@@ -103,7 +103,7 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig) -> Baseline:
     floors = noise_floors(model.runs)
     problem = build_problem(model, [sigmas(own) for own in floors])
     runs = range(len(model.runs))
-    starts = [{f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
+    starts = [{f"start_twist@{run}": twist for run in runs} for twist in START_TWISTS]
     found = fit_from_starts(problem, starts)
     standing, found = _standing_effects(problem, found, list(model.effects))
     if usual_gap(problem, found.residual) > _NO_BASELINE:

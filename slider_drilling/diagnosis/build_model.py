@@ -89,16 +89,12 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     return PreparedModel(model, tuple(remarks))
 
 
-def model_without_logs(rig: Rig, duration: float, user_effects: Sequence[UserEffect] = ()) -> DrillString:
+def model_without_logs(rig: Rig, duration: float) -> DrillString:
     """The model of a rig that no log has shown yet, for runs of so many seconds on bottom."""
     names = [channel.name for channel in surface_channels(rig)]
     nuisance = nuisance_parameters(rig, names)
     effects = catalogue(rig.string.length, duration, torque_interval=1.0 / rig.sensors.rate)
-    users = {user.effect.name: user for user in (checked_effect(effect) for effect in user_effects)}
-    return DrillString(
-        rig, (), (), nuisance, (*effects, *(user.effect for user in users.values())), users,
-        depth_probes(rig.string.length),
-    )  # fmt: skip
+    return DrillString(rig, (), (), nuisance, tuple(effects), {}, depth_probes(rig.string.length))
 
 
 def _catalogue(rig: Rig, runs: Sequence[LoggedRun], lines: Sequence[float]) -> tuple[Effect, ...]:

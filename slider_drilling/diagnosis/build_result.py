@@ -32,10 +32,10 @@ from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.selection.evidence_tests import Evidence
 from slider_drilling.gap.selection.naming_criteria import Stage, criterion, failures
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel
+from slider_drilling.plain_names import plain_name
 
 SCREENED_OUT = "screened out: other effects fitted better after as many trials"
 NOT_SEARCHED = "not searched for: calibration leaves no more than noise"
-_SIZE_CRITERIA = ("gap reduction relevant", "relevant after calibration", "gap reduction relevant in other runs")
 # An interval of a share that is wider than this says nothing: there is hardly a gap to be a share of.
 _MAX_WIDTH = 2.0
 
@@ -199,22 +199,26 @@ def why_not_in_answer(candidate: CandidateResult, answer: GapDiagnosis) -> str:
     """Why an effect that passes its own criteria is not in the answer."""
     if candidate.effect.name in answer.withdrawn:
         return "explains the log only while a measured channel is fed back: a free run is hardly better with it"
-    twins = [name for name in answer.effects if candidate.effect.name in answer.indistinguishable.get(name, ())]
-    if twins:
-        return f"this log cannot distinguish it from {' and '.join(twins)}"
+    alike = [name for name in answer.effects if candidate.effect.name in answer.indistinguishable.get(name, ())]
+    if alike:
+        return f"this log cannot distinguish it from {_listed(alike)}"
     accepted = next((step.accepted for step in answer.state.steps if step.accepted is not None), None)
     if answer.verdict == "unknown" and candidate is accepted:
         failed = failures(Stage.VERDICT, Evidence(answer.state, answer.state.calibrated, candidate.fitted))
         if failed:
             return f"after calibration, {failed[0]}"
-    better = " and ".join(answer.effects) or (answer.alternative.description if answer.alternative is not None else "")
+    better = _listed(answer.effects) or (answer.alternative.description if answer.alternative is not None else "")
     if better:
         return f"{better} {'explain' if len(answer.effects) > 1 else 'explains'} the same part of the gap better"
     if answer.verdict != "unknown":
         return "what remains is within the noise"
     if accepted is not None and accepted is not candidate:
-        return f"{accepted.effect.name} fits better but was not confirmed"
+        return f"{plain_name(accepted.effect.name)} fits better but was not confirmed"
     return criterion("no free form predicts better").message
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(plain_name(name) for name in names)
 
 
 def _in_other_runs(candidate: CandidateResult, answer: GapDiagnosis) -> ClosedShare | None:

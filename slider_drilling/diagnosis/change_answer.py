@@ -11,10 +11,12 @@ from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, changed_beside, only_wandered
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
+from slider_drilling.gap.evidence.compare import share_closed
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.plain_names import plain_name
 
 # Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. A likelihood ratio of that
 # size is beyond chance; without a change, only the model's own error in a manoeuvre that the baseline lacks exceeds it.
@@ -125,15 +127,10 @@ def _verdict(search: ChangeSearch, named: TriedChange | None, different: bool) -
     return "parameters" if largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE else "unknown"
 
 
-def _share_of_gap(before: float, after: float) -> float:
-    """Share of the difference that is explained; 1 where there was none to explain."""
-    return 1.0 if before <= 1.0 else 1.0 - (after**2 - 1.0) / (before**2 - 1.0)
-
-
 def largest_gap(problem: Problem, residual: Array) -> float:
     """E of the channel that misfits most, or of all together."""
-    judged = {piece.name for piece in problem.pieces if _counts_by_itself(piece)}
-    own = [gap for name, gap in usual_gaps(problem, residual).items() if name in judged]
+    large_channels = {piece.name for piece in problem.pieces if _counts_by_itself(piece)}
+    own = [gap for name, gap in usual_gaps(problem, residual).items() if name in large_channels]
     return max([usual_gap(problem, residual), *own])
 
 
@@ -155,17 +152,18 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
         return "calibrated numbers that have moved no farther than they wander explain the difference, too"
     if not tried.effect.is_physical(tried.fit.values):
         return f"its fitted value is not physical: it would be {tried.effect.nonphysical}"
-    if not is_meant(tried):
+    if not is_physical_and_material(tried):
         return "too small: by less than anybody would act on"
     if tried.gap > _NO_WORSE * max(calibrated, 1.0):
         return "leaves a larger error than calibration alone"
-    if _share_of_gap(unchanged, tried.gap) < _MIN_EXPLAINED:
+    # NaN where there is no difference to explain: that is no reason against it.
+    if share_closed(unchanged**2, tried.gap**2) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
     beside = changed_beside(tried, search.calibrated)
-    return f"explains the difference only if {beside} has changed too" if beside else ""
+    return f"explains the difference only if {plain_name(beside)} has changed too" if beside else ""
 
 
-def is_meant(tried: TriedChange) -> bool:
+def is_physical_and_material(tried: TriedChange) -> bool:
     """Whether the fitted values are what the name stands for, and large enough that somebody acts on them."""
     effect, values = tried.effect, tried.fit.values
     neutral = {parameter.name: parameter.nominal for parameter in effect.parameters}
@@ -226,16 +224,9 @@ def share_explained(
     sums = [np.bincount(block, weights=residual**2)[used] for residual in (before, after)]
     count = count[used]
     drawn = np.random.default_rng(seed).integers(0, count.size, size=(_RESAMPLES, count.size))
-    shares = _share(sums[0][drawn].sum(1) / count[drawn].sum(1), sums[1][drawn].sum(1) / count[drawn].sum(1))
+    shares = share_closed(sums[0][drawn].sum(1) / count[drawn].sum(1), sums[1][drawn].sum(1) / count[drawn].sum(1))
     low, high = (float(np.nanquantile(shares, q)) for q in (0.5 - 0.5 * _LEVEL, 0.5 + 0.5 * _LEVEL))
-    whole = _share(np.array([np.mean(before**2)]), np.array([np.mean(after**2)]))
-    return float(whole[0]), (low, high)
-
-
-def _share(before: Array, after: Array) -> Array:
-    """Share closed by mean squares before and after; NaN where there was nothing to close."""
-    gap = np.where(before > 1.0, before - 1.0, np.nan)
-    return np.asarray(1.0 - (after - 1.0) / gap)
+    return float(share_closed(float(np.mean(before**2)), float(np.mean(after**2)))), (low, high)
 
 
 def changed_model(search: ChangeSearch) -> ChangedString:

@@ -33,10 +33,11 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import LogChecks
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text
 
-_NOT_FITTED = "scanned only: other changes promised more"
+_NOT_FITTED = "scanned only: other changes looked more promising"
 
 
 def change_diagnosis(
@@ -118,8 +119,8 @@ def _why_not(tried: TriedChange, answer: ChangeAnswer) -> str:
     if answer.named is None:
         return "several changes explain the difference equally well"
     if tried.effect.name in answer.group:
-        return f"this log cannot distinguish it from {answer.named.effect.name}"
-    return f"{answer.named.effect.name} explains more"
+        return f"this log cannot distinguish it from {plain_name(answer.named.effect.name)}"
+    return f"{plain_name(answer.named.effect.name)} explains more"
 
 
 def _effect_parameters(tried: TriedChange) -> dict[str, FittedParameter]:

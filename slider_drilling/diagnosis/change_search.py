@@ -10,11 +10,12 @@ import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.rig_changes import changes_of_number
 from slider_drilling.diagnosis.usual_error import usual_gap
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_effects, screen
 
@@ -22,7 +23,6 @@ from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_
 _FITTED, _FROM_TWO_STARTS = 6, 3
 _BOTH_SHAPES = 2  # of the best candidates are fitted as a step and as a ramp
 _MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
-_TWISTS = (0.0, -4.0)  # rad, of the string at the start
 # Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
 # the share of its gain that a candidate keeps within them, if it needs none.
 _WANDERED, _KEPT = 3.0, 0.8
@@ -108,7 +108,7 @@ def only_wandered(calibrated: Fit) -> bool:
 
 
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
-    """A calibrated number that a candidate pushes farther off than it wanders and than calibration does; or empty."""
+    """A calibrated number that a candidate moves beyond three standard deviations, and beyond calibration; or empty."""
     values = tried.fit.values
     for each in _shared(calibrated):
         # A fit at its bound is not beyond it, whatever its last digit.
@@ -170,7 +170,7 @@ def _fit_start(problem: Problem) -> Fit:
     """The state of the string at the start of each log, with everything else as the baseline has it."""
     own = [parameter for parameter in parameters_of(problem, ()) if "@" in parameter.name]
     runs = range(len(problem.model.runs))
-    starts = [{f"start_twist@{run}": twist for run in runs} for twist in _TWISTS]
+    starts = [{f"start_twist@{run}": twist for run in runs} for twist in START_TWISTS]
     aligned = [_with_tool_face(problem, start) for start in starts]
     return min((fit(problem, own, start) for start in aligned), key=lambda each: each.cost)
 
@@ -218,7 +218,7 @@ def _fit_change(
     freed = [parameter for parameter in freed if parameter.name not in own] + list(effect.parameters)
     starts = [start for start, _ in rank_starts(scan_effects(shaped, calibrated, []), screened)]
     fits = [
-        fit(shaped, freed, start, jacobian_rows=calibrated.jacobian_rows)
+        fit(shaped, freed, start, known=KnownStart(jacobian_rows=calibrated.jacobian_rows))
         for start in starts[: 2 if two_starts else 1]
     ]  # fmt: skip
     found = min(fits, key=lambda each: each.cost)

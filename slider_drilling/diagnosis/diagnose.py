@@ -11,6 +11,7 @@ from slider_drilling.diagnosis.build_model import build_model, model_without_log
 from slider_drilling.diagnosis.build_result import with_engine_result
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
+from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.rig_values import rig_with
@@ -30,8 +31,6 @@ from slider_drilling.units import Text, sentence
 MIN_SAMPLES = 20  # of each log that is fitted
 # Torque at the start, in standard deviations of it, beyond which the string may have been twisted.
 _TWISTED = 0.1
-# rad: a second start of the calibration where the twist of the string at the start is unknown.
-_OTHER_TWIST = -4.0
 _TEST_S = 240.0  # of a test that is asked for where no log tells anything
 _CALIBRATED_TOO = "{} is calibrated too: {} explains what no known effect does"
 _MISSING_CHANNELS = {
@@ -72,22 +71,14 @@ def diagnose(
         InputError: A log is unusable, no channel can be used, or a name in `only` is unknown.
     """
     if not 0.0 < until <= 1.0:
-        raise InputError(f"--until {until:g}: must be above 0 and at most 1")
+        raise InputError(f"until {until:g}: must be above 0 and at most 1")
     checks = tuple(check_log(log, rig) for log in logs)
     for checked in checks:
         checked.raise_if_unusable()
     diagnosis = Diagnosis(tuple(log.source for log in logs), rig, find_rig_source(logs, rig), checks, "inconclusive")
-    idle = [checked.messages("uninformative") for checked in checks]
     remarks = _remarks_before_fit(diagnosis)
-    if all(idle):
-        notes = [*remarks, *(text for texts in idle for text in texts)]
-        try:
-            reason = f"the {'log allows' if len(logs) == 1 else 'logs allow'} no conclusion"
-            asked = recommend_first_run(model_without_logs(rig, _TEST_S), reason, seed)
-        except ValueError as error:
-            asked = None
-            notes.append(f"no test can be planned: {error}")
-        return replace(diagnosis, remarks=tuple(notes), next_manoeuvre=asked)
+    if all(checked.messages("uninformative") for checked in checks):
+        return _inconclusive(diagnosis, remarks, seed)
     prepared = build_model([checked.log for checked in checks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, diagnosis.logs)
@@ -110,6 +101,18 @@ def diagnose(
     return with_engine_result(diagnosis, answer, whole, errors, candidates)
 
 
+def _inconclusive(diagnosis: Diagnosis, remarks: Sequence[Text], seed: int) -> Diagnosis:
+    """The answer where no log allows a conclusion: why, and the test to run first."""
+    notes = [*remarks, *(text for checked in diagnosis.log_checks for text in checked.messages("uninformative"))]
+    reason = f"the {'log allows' if len(diagnosis.logs) == 1 else 'logs allow'} no conclusion"
+    try:
+        asked = recommend_first_run(model_without_logs(diagnosis.rig, _TEST_S), reason, seed)
+    except ValueError as error:
+        asked = None
+        notes.append(f"no test can be planned: {error}")
+    return replace(diagnosis, remarks=tuple(notes), next_manoeuvre=asked)
+
+
 def _remarks_before_fit(diagnosis: Diagnosis) -> tuple[Text, ...]:
     """What the rig file and the checks of the logs say."""
     logs = [checked.log for checked in diagnosis.log_checks]
@@ -124,7 +127,7 @@ def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> Dr
     model = whole.truncated(until)
     for run, source in zip(model.runs, sources, strict=True):
         if run.time.size < MIN_SAMPLES or not run.channels:
-            raise InputError(f"--until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
+            raise InputError(f"until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
     return model
 
 
@@ -132,7 +135,7 @@ def _candidates(model: DrillString, only: Sequence[str]) -> list[Effect]:
     known = {effect.name: effect for effect in model.effects}
     for name in only:
         if name not in known:
-            raise InputError(f"--only {name}: not an effect that this log can show; use {', '.join(known)}")
+            raise InputError(f"only {name}: not an effect that this log can show; use {', '.join(known)}")
     return [known[name] for name in only] or list(known.values())
 
 
@@ -141,7 +144,7 @@ def _calibration_starts(model: DrillString) -> list[Values]:
     runs = range(len(model.runs))
     if not any(_may_be_twisted(model, run) for run in runs):
         return [{}]
-    return [{}, {f"start_twist@{run}": _OTHER_TWIST for run in runs}]
+    return [{}, {f"start_twist@{run}": START_TWISTS[1] for run in runs}]
 
 
 def _may_be_twisted(model: DrillString, run: int) -> bool:

@@ -57,7 +57,7 @@ def split_at(log: RigLog, since: float) -> tuple[RigLog, RigLog]:
     """
     if not MIN_BEFORE_S <= since <= log.end - MIN_AFTER_S:
         raise InputError(
-            f"--since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
+            f"since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
             f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
         )
     return cut_time_window(log, 0.0, since), cut_time_window(log, since, log.end)
@@ -131,7 +131,7 @@ def _changed_string(string: DrillString, baseline: Baseline, only: Sequence[str]
     names = [effect.name for effect in candidates]
     for name in only:
         if name not in names:
-            raise InputError(f"--only {name}: not a change that this log can show; use {', '.join(names)}")
+            raise InputError(f"only {name}: not a change that this log can show; use {', '.join(names)}")
     candidates = tuple(effect for effect in candidates if not only or effect.name in only)
     return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates)
 

@@ -8,19 +8,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.diagnosis.catalogue import of_run, to_user, user_parameters
-from slider_drilling.diagnosis.drilling_programmes import (
-    DrillingProgrammes,
-    programme_limits,
-    surface_channels,
-)
-from slider_drilling.diagnosis.free_forms import (
+from slider_drilling.diagnosis.disturbances import (
     bit_torque_factor,
-    catalogue_free_forms,
     disturbance_key,
     disturbed_commands,
     friction_factor,
     turning_difference,
 )
+from slider_drilling.diagnosis.drilling_programmes import (
+    DrillingProgrammes,
+    programme_limits,
+    surface_channels,
+)
+from slider_drilling.diagnosis.free_forms import catalogue_free_forms
 from slider_drilling.diagnosis.nuisance import (
     conditional_nuisance,
     reported_nuisance,

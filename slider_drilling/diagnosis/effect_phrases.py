@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.effects import EFFECTS
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, format_number, sentence
 
 SITES = {
@@ -31,5 +32,5 @@ def effect_phrase(effect: str, values: Mapping[str, float]) -> Sentence:
         return sentence(RIG_CHANGES[effect].phrase(next(iter(values.values()))))
     if effect not in EFFECTS:
         settings = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
-        return sentence(f"{effect.replace('_', ' ').capitalize()} ({settings})")
+        return sentence(f"{plain_name(effect).capitalize()} ({settings})")
     return sentence(EFFECTS[effect].phrase(values))

@@ -24,6 +24,8 @@ VECTOR_SHARE = "contact_vector_share"
 """How far the contact slips with the pipe's velocity as one vector (`Contact.vector_share`)."""
 ANISOTROPY = "friction_anisotropy"
 """Exponent of the ratio of the asperity's axes: 0 where friction is the same in all directions."""
+START_TWISTS = (0.0, -4.0)
+"""rad: where a fit of the string's twist at the start begins, if the log does not show it."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
 
 

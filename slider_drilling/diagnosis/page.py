@@ -39,7 +39,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
         *_log_checks(diagnosis), *_how_large(diagnosis), *_where(diagnosis), *_which(diagnosis), *_traces(diagnosis),
         *_parameters(diagnosis), *_next(diagnosis), *_criteria(diagnosis),
     ]  # fmt: skip
-    verdict = diagnosis.verdict.replace("_", " ") + (", interrupted" if diagnosis.interrupted else "")
+    verdict = plain_name(diagnosis.verdict) + (", interrupted" if diagnosis.interrupted else "")
     # Without a conclusion the headline has said why.
     technical = () if diagnosis.verdict == "inconclusive" else (Section("", (technical_summary(diagnosis),)),)
     headline = Headline(summary(diagnosis), VERDICT_TONES.get(diagnosis.verdict, "bad"), verdict)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from slider_drilling.angles import wrap_degrees
 from slider_drilling.diagnosis.replay import ChannelComparison, Replay
 from slider_drilling.log import RigLog
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
-from slider_drilling.pages.figures import Style, wrap_degrees
+from slider_drilling.pages.figures import Style, wrapped_curve
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Text, Units, display_unit, displayed, format_number, sentence
 
@@ -48,7 +49,7 @@ def _panels(name: str, comparison: ChannelComparison) -> tuple[Panel, Panel]:
     measured, simulated = factor * channel.measured, factor * comparison.simulated
     if wrapped:
         # Into (-180, 180] deg, with a gap in the line where it wraps.
-        measured, simulated = 180.0 - (180.0 - measured) % 360.0, wrap_degrees(simulated)
+        measured, simulated = wrap_degrees(measured), wrapped_curve(simulated)
     style: Style = "dots" if wrapped else "line"
     both = (
         Line("measured", channel.time, measured, style, INK),

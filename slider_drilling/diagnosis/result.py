@@ -1,6 +1,6 @@
 """The result of a diagnosis. Console, diagnosis.json and report.html are written from it.
 
-None means unknown. Values are in SI units and rad; E is in multiples of the noise (gap.md).
+None means unknown. Values are in SI units and rad; E is in multiples of the noise (docs/reference/diagnosis.md).
 """
 
 from __future__ import annotations
@@ -200,7 +200,7 @@ class Diagnosis:
         rig: The rig file as given.
         rig_source: Where it came from.
         log_checks: What the checks before any fit report.
-        verdict: none, parameters, effect, effect_and_unknown, unknown or inconclusive (gap.md).
+        verdict: none, parameters, effect, effect_and_unknown, unknown or inconclusive (docs/reference/diagnosis.md).
         site: Where the gap lies.
         effects: The effects that the verdict rests on.
         suspected: Effects with evidence that are too small to be named.

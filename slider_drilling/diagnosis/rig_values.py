@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from slider_drilling.diagnosis.catalogue import to_user
-from slider_drilling.diagnosis.free_forms import contact_with
+from slider_drilling.diagnosis.disturbances import ACROSS, GIVE
+from slider_drilling.diagnosis.nuisance import (
+    ANISOTROPY,
+    COMPLIANCE,
+    COMPLIANCE_DECADES,
+    ELASTIC_SHARE,
+    VECTOR_SHARE,
+    compliance_of,
+)
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.drillstring import InitialState
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Parameter, Values
-from slider_drilling.rig import FrictionInterval, Rig
+from slider_drilling.rig import Asperity, Contact, FrictionInterval, Rig
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:
@@ -60,6 +69,39 @@ def rig_with(rig: Rig, values: Values) -> Rig:
     return replace(calibrated, effects=_effects_with(calibrated, to_user(values, string.length)))
 
 
+def contact_with(contact: Contact, values: Values) -> Contact:
+    """The contact with its asperities turned or rounder, and with another compliance before it slides."""
+    if not {ACROSS, GIVE, COMPLIANCE, COMPLIANCE_DECADES, ANISOTROPY, ELASTIC_SHARE, VECTOR_SHARE} & set(values):
+        return contact
+    angle, before = contact.asperity.orientation, share_across(contact)
+    after = float(np.clip(before + values.get(ACROSS, 0.0), 0.0, 1.0))
+    turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
+    away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
+    asperity = _with_anisotropy(replace(contact.asperity, orientation=angle + away * turned), values)
+    compliance = compliance_of(values) * (1.0 + values.get(GIVE, 0.0))
+    elastic = values.get(ELASTIC_SHARE, contact.elastic_share)
+    vector = values.get(VECTOR_SHARE, contact.vector_share)
+    stiffness = contact.stiffness / compliance
+    return replace(contact, asperity=asperity, stiffness=stiffness, elastic_share=elastic, vector_share=vector)
+
+
+def _with_anisotropy(asperity: Asperity, values: Values) -> Asperity:
+    """The asperity with another ratio of its axes; their product stays."""
+    if ANISOTROPY not in values:
+        return asperity
+    mean = math.sqrt(asperity.minor_axis * asperity.major_axis)
+    flatness = (asperity.major_axis / mean) ** values[ANISOTROPY]
+    return replace(asperity, minor_axis=mean / flatness, major_axis=mean * flatness)
+
+
+def share_across(contact: Contact) -> float:
+    """Share (0 to 1) by which asperities lie across the hole's axis.
+
+    The squared sine of their angle: friction of asperities along the axis depends on the angle's square.
+    """
+    return float(np.sin(contact.asperity.orientation) ** 2)
+
+
 def _effects_with(rig: Rig, values: Values) -> Effects:
     blocks: dict[str, dict[str, float]] = {}
     for name, value in values.items():
@@ -70,12 +112,15 @@ def _effects_with(rig: Rig, values: Values) -> Effects:
     return replace(rig.effects, **changed)
 
 
-def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:
+_PROBES = 10  # stretches of the hole whose friction is probed
+
+
+def depth_probes(length: float) -> tuple[tuple[Parameter, float, float], ...]:
     """Friction multipliers (parameter, from, to) of equal stretches of a hole; length: m."""
-    edges = np.linspace(0.0, length, count + 1)
+    edges = np.linspace(0.0, length, _PROBES + 1)
     return tuple(
         (Parameter(f"probe_{index}", 1.0, 0.1, 5.0, 0.2), float(edges[index]), float(edges[index + 1]))
-        for index in range(count)
+        for index in range(_PROBES)
     )
 
 

@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
     ResidualShape,
 )
-from slider_drilling.gap.results.sentence import verdict_sentence
+from slider_drilling.gap.results.sentence import VerdictFigures, verdict_sentence
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
 
@@ -55,15 +55,17 @@ def technical_summary(diagnosis: Diagnosis) -> str:
         return change_technical_summary(diagnosis)
     if diagnosis.verdict == "inconclusive" or gap is None:
         return str(sentence("No conclusion: ", *_why_inconclusive(diagnosis), "."))
-    gaps = (_or_nan(gap.nominal), _or_nan(gap.tuned), _or_nan(gap.with_effect), _or_nan(gap.threshold))
-    return verdict_sentence(
-        diagnosis.verdict, tuple(_with_group(diagnosis, name) for name in diagnosis.effects), diagnosis.site, gaps,
+    ranked = {name: diagnosis.candidate(name) for name in diagnosis.effects}
+    groups = {name: found.group for name, found in ranked.items() if found is not None}
+    return verdict_sentence(VerdictFigures(
+        diagnosis.verdict, diagnosis.effects, groups, diagnosis.site,
+        _or_nan(gap.nominal), _or_nan(gap.tuned), _or_nan(gap.with_effect), _or_nan(gap.threshold),
         _or_nan(gap.closed), gap.closed_interval or (math.nan, math.nan),
         shape.disturbance if shape is not None and shape.of == "alternative" else "",
         shape.disturbance if shape is not None and shape.of == "rest" else "",
         diagnosis.masked_effects, tuple(plain_name(name) for name in gap.misfit_channels),
         diagnosis.fed_back, diagnosis.small_cause,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def remarks_beside_checks(diagnosis: Diagnosis) -> tuple[Text, ...]:
@@ -85,12 +87,6 @@ def _why_inconclusive(diagnosis: Diagnosis) -> list[Text]:
 
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _with_group(diagnosis: Diagnosis, name: str) -> str:
-    ranked = diagnosis.candidate(name)
-    group = () if ranked is None else ranked.group
-    return name + (f" (or {', '.join(group)}: indistinguishable)" if group else "")
 
 
 def prediction_horizon(diagnosis: Diagnosis) -> list[str]:

@@ -42,7 +42,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "where": _plain(diagnosis.breakdown),
         "ranking": [_ranked_effect(ranked) for ranked in diagnosis.ranking],
         "next_manoeuvre": None if diagnosis.next_manoeuvre is None else _next_manoeuvre(diagnosis.next_manoeuvre),
-        "explanations": [_explanation(each) for each in diagnosis.explanations],
+        "explanations": [explanation_json(each) for each in diagnosis.explanations],
         "tuned_parameters": _plain(diagnosis.tuned_parameters),
         "prediction_horizon": None if errors is None else _plain(errors.horizon),
         "predictable_to_end": [] if errors is None else list(errors.predictable_to_end),
@@ -81,7 +81,7 @@ def _next_manoeuvre(asked: RecommendedManoeuvre) -> dict[str, Any]:
     }
 
 
-def _explanation(each: Explanation) -> dict[str, Any]:
+def explanation_json(each: Explanation) -> dict[str, Any]:
     """One explanation; its parameters have the names of the fit."""
     return {"effects": list(each.effects), "weight": each.weight, "fidelity": each.fidelity,
             "parameters": _plain(each.fitted)}  # fmt: skip

@@ -7,15 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.control.interface import MwdSample
 from slider_drilling.rig import Mwd, Sensor
 
 _MAX_STEPS = 2.0**52  # beyond it a double does not resolve a step of 1
-
-
-def wrap_angle(angle: float) -> float:
-    """The same direction in (-pi, pi]."""
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)
 
 
 def quantise(value: float, resolution: float) -> float:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.drillstring.recorded_channels import Commands, Response
-from slider_drilling.drillstring.sensors import wrap_angle
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig, dump_rig

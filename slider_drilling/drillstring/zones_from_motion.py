@@ -11,7 +11,7 @@ from slider_drilling.drillstring.simulate import Plant
 from slider_drilling.wellbore.mesh import contact_radius, friction_factors
 from slider_drilling.wellbore.zones import Zones
 
-PRE_SLIDING_SWING = 0.16
+SLIP_SWING = 0.16
 """rad by which 5 in pipe turns over the contact's pre-sliding length of 10 mm (`model.md` section 2)."""
 
 
@@ -29,20 +29,17 @@ def zones_from_motion(
     rotation: Array,
     torque: Array,
     reactive_torque: float,
-    least_swing: float = PRE_SLIDING_SWING,
 ) -> Zones:
-    """The zones that one full simulated rocking cycle shows.
+    """The zones that one full simulated rocking cycle shows: rocking reaches to where contacts slip.
 
     Args:
         measured_depth: m, (n,).
         rotation, torque: rad and N m over the cycle, (m, n).
         reactive_torque: N m; it reaches up to where the cycle's mean torque still holds a twentieth of it.
-        least_swing: rad, peak to peak; rocking reaches to where rotation swings by more. Below it contacts only
-            deform.
     """
     swing = np.ptp(rotation, axis=0)
-    rocked = np.flatnonzero(swing < least_swing)
-    rocked_to = _crossing(measured_depth, swing, least_swing, int(rocked[0])) if len(rocked) else measured_depth[-1]
+    rocked = np.flatnonzero(swing < SLIP_SWING)
+    rocked_to = _crossing(measured_depth, swing, SLIP_SWING, int(rocked[0])) if len(rocked) else measured_depth[-1]
     held = np.mean(torque, axis=0)
     faded = np.flatnonzero(np.abs(held) < 0.05 * reactive_torque)
     reactive_from = measured_depth[faded[-1]] if len(faded) else measured_depth[0]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Text, format_number
 
 Values = Mapping[str, float]
@@ -154,7 +155,7 @@ class EffectDefinition:
     @property
     def title(self) -> str:
         """The name in words, such as "top drive backlash"."""
-        return self.name.replace("_", " ")
+        return plain_name(self.name)
 
     def neutral(self, parameter: FitParameter) -> float:
         """Returns the value of a fit parameter without the effect."""

@@ -169,6 +169,14 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise InputError(f"{path}: cannot write this file: {_reason(error)}") from None
 
 
+def delete_old(path: Path) -> None:
+    """Delete a file of an earlier run that this run does not write, if it is there. Raises InputError."""
+    try:
+        path.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot delete this old file: {_reason(error)}") from None
+
+
 def _link_error(path: Path) -> InputError:
     return InputError(f"{path}: is a link to {os.readlink(path)}; name that file itself, or delete the link")
 

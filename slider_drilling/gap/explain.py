@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 from slider_drilling.gap.evidence.compare import gap_closed
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.experiment_design.knowledge import Explanation, explanations_of
 from slider_drilling.gap.model import Effect, HasConditionalNuisance, HasCoupledEffects, HasObserver, Model, Values
 from slider_drilling.gap.problem.noise import MAX_NOISE_RATIO, NoiseFloor, noise_floors
@@ -16,11 +16,11 @@ from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.results.breakdown import GapBreakdown, break_down_gap
 from slider_drilling.gap.results.free_run import FreeRunModels, best_free_runs
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre, recommend_manoeuvre, what_is_open
-from slider_drilling.gap.results.sentence import verdict_sentence
+from slider_drilling.gap.results.sentence import VerdictFigures, verdict_sentence
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.calibration import calibrate
 from slider_drilling.gap.selection.evidence_tests import Evidence
-from slider_drilling.gap.selection.forward_selection import add_effect, drop_uncertain_effects
+from slider_drilling.gap.selection.forward_selection import SearchTask, add_effect, drop_uncertain_effects
 from slider_drilling.gap.selection.naming_criteria import Kind, Stage, failed_criteria
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel, SearchState
@@ -106,19 +106,15 @@ class GapDiagnosis:
     @property
     def sentence(self) -> str:
         """The verdict with its figures."""
-        gaps = (self.gap_nominal, self.gap_calibrated, self.gap_with_effects, self.null_threshold)
-        groups = self.indistinguishable
-        names = tuple(
-            name + (f" (or {' or '.join(groups[name])}: not distinguishable)" if groups[name] else "")
-            for name in self.effects
-        )
         alternative, remainder = (
             "" if form is None else form.description for form in (self.alternative, self.remainder)
         )
-        return verdict_sentence(
-            self.verdict, names, self.site, gaps, self.closed, self.closed_interval, alternative, remainder,
+        return verdict_sentence(VerdictFigures(
+            self.verdict, self.effects, self.indistinguishable, self.site,
+            self.gap_nominal, self.gap_calibrated, self.gap_with_effects, self.null_threshold,
+            self.closed, self.closed_interval, alternative, remainder,
             self.masked_effects, self.misfit_channels, self.fed_back, self.small_cause,
-        )  # fmt: skip
+        ))  # fmt: skip
 
     @property
     def misfit_channels(self) -> tuple[str, ...]:
@@ -181,7 +177,6 @@ def explain(
     seed: int = 0,
     starts: Sequence[Values] = ({},),
     effects: Sequence[Effect] | None = None,
-    floors: Sequence[dict[str, NoiseFloor]] | None = None,
     progress: Progress = lambda stage, share: None,
 ) -> GapDiagnosis:
     """Diagnose the gap between a model and the logs that it carries.
@@ -193,7 +188,6 @@ def explain(
         seed: Seed of resamples and replicates. The same seed gives the same diagnosis.
         starts: Nuisance values to start calibration from.
         effects: Candidate effects; the model's catalogue by default.
-        floors: Noise floors by run and channel, where they are known better than the log shows them.
         progress: Called with the stage and the share done, 0 to 1.
 
     Returns:
@@ -204,40 +198,33 @@ def explain(
     """
     started = time.perf_counter()
     candidates = list(model.effects if effects is None else effects)
-    if floors is None:
-        floors = noise_floors(model.runs)
+    floors = noise_floors(model.runs)
     state = calibrate(model, candidates, floors, starts, seed, progress)
-    coupled = coupled_effect_sets(model, candidates)
     conditional = model.conditional_nuisance if isinstance(model, HasConditionalNuisance) else ()
+    task = SearchTask(candidates, coupled_effect_sets(model, candidates), conditional, seed, progress)
     try:
         while not state.done:
-            state = add_effect(state, candidates, coupled, conditional, seed, progress)
+            state = add_effect(state, task)
             found = state.missing_nuisance
             if found is not None:
-                state = _calibrated_with(found, conditional, candidates, floors, seed, progress)
-                conditional = tuple(effect for effect in conditional if effect not in found.effects)
+                state = _calibrated_with(found, task, floors)
+                left = tuple(effect for effect in task.conditional if effect not in found.effects)
+                task = replace(task, conditional=left)
         state = drop_uncertain_effects(state, candidates, seed)
     except KeyboardInterrupt:
         state = replace(state, interrupted=True)
     return _conclude(state, candidates, seed, started)
 
 
-def _calibrated_with(
-    found: FittedModel,
-    conditional: Sequence[Effect],
-    candidates: Sequence[Effect],
-    floors: Sequence[dict[str, NoiseFloor]],
-    seed: int,
-    progress: Progress,
-) -> SearchState:
+def _calibrated_with(found: FittedModel, task: SearchTask, floors: Sequence[dict[str, NoiseFloor]]) -> SearchState:
     """The first state of a search in which the conditional nuisance among a model's effects is calibrated."""
     model = found.problem.model
     assert isinstance(model, HasConditionalNuisance)
-    freed = [parameter for effect in found.effects if effect in conditional for parameter in effect.parameters]
+    freed = [parameter for effect in found.effects if effect in task.conditional for parameter in effect.parameters]
     of_effects = {parameter.name for effect in found.effects for parameter in effect.parameters}
     left_out = of_effects - {parameter.name for parameter in freed}
     start = {name: value for name, value in found.fit.values.items() if name not in left_out}
-    return calibrate(model.with_nuisance(freed), candidates, floors, [start], seed, progress)
+    return calibrate(model.with_nuisance(freed), task.effects, floors, [start], task.seed, task.report)
 
 
 def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:

@@ -1,4 +1,4 @@
-"""investigation.html: how the belief moved from run to run; and investigation.json."""
+"""investigation.html: the probability of each explanation from run to run; and investigation.json."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.diagnosis.page import VERDICT_TONES
-from slider_drilling.investigation.loop import Investigation, Round
+from slider_drilling.diagnosis.to_json import explanation_json
+from slider_drilling.gap.experiment_design.knowledge import Explanation
+from slider_drilling.investigation.loop import Investigation
+from slider_drilling.investigation.round import Round
 from slider_drilling.pages import Bars, Chart, Headline, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.page import Cell
 from slider_drilling.pages.titles import well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import Text, displayed, sentence
 
@@ -26,16 +30,16 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
     if rounds:
         sections = [
             Section("Round by round", (_rounds_table(rounds),)),
-            Section("How the belief moved", (*_belief(rounds),)),
+            Section("Probability of each explanation", (*_belief(rounds),)),
             Section("What could be hidden", (_hidden(rounds),)),
         ]
-    last = rounds[-1].diagnosis if rounds else None
+    last = rounds[-1].answer if rounds else None
     text = f"{investigation.ending[:1].upper()}{investigation.ending[1:]}."
     if last is not None:
-        text = f"{last['summary']} {text}"
+        text = f"{last.summary} {text}"
     if investigation.sealed is not None:
         text = f"{text} {sealed_sentence(investigation.sealed)}"
-    tone = VERDICT_TONES.get(last["verdict"], "bad") if last is not None else "plain"
+    tone = VERDICT_TONES.get(last.verdict, "bad") if last is not None else "plain"
     label = "waits for a log" if investigation.waits_for is not None else "investigation"
     return Page("Investigation", well_name(rig), tuple(sections), (("logs", str(len(rounds))),),
                 Headline(text, tone, label))  # fmt: skip
@@ -43,21 +47,19 @@ def belief_page(investigation: Investigation, rig: Rig) -> Page:
 
 def sealed_sentence(sealed: Sequence[tuple[str, float]]) -> str:
     """What was hidden in a sealed rig, in one sentence."""
-    hidden = " and ".join(f"{name.replace('_', ' ')} ({size:.1f} noise floors)" for name, size in sealed)
+    hidden = " and ".join(f"{plain_name(name)} ({size:.1f} noise floors)" for name, size in sealed)
     return f"Hidden in the sealed rig, with its size in the first log: {hidden}."
 
 
 def _rounds_table(rounds: tuple[Round, ...]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for each in rounds:
-        asked = each.diagnosis.get("next_manoeuvre")
-        still_open = "-" if asked is None else asked["reason"].replace("_", " ")
-        names = ", ".join(name.replace("_", " ") for name in each.diagnosis["effects"]) or "no name"
-        took = "-" if each.plan is None else f"{each.plan['duration_s']:.0f} s"
+        answer = each.answer
+        names = ", ".join(plain_name(name) for name in answer.effects) or "no name"
+        took = "-" if each.test is None else f"{each.test.duration:.0f} s"
         rows.append((
-            str(each.number), Tag(each.diagnosis["verdict"].replace("_", " "),
-                                  VERDICT_TONES.get(each.diagnosis["verdict"], "bad")),
-            names, still_open, _left(each.open_before), _left(each.open_after), took,
+            str(each.number), Tag(plain_name(answer.verdict), VERDICT_TONES.get(answer.verdict, "bad")), names,
+            answer.still_open or "-", _left(each.open_before), _left(each.open_after), took,
         ))  # fmt: skip
     caption = (
         "Left to find out: 0 where every effect would show at the smallest size that anybody acts on, and no two "
@@ -73,7 +75,7 @@ def _left(value: float | None) -> str:
 
 def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
     """The weights of the explanations after each log."""
-    beliefs = [{_name(each): each["weight"] for each in r.diagnosis["explanations"]} for r in rounds]
+    beliefs = [{_name(each): each.weight for each in r.answer.explanations} for r in rounds]
     names = sorted(dict.fromkeys(name for own in beliefs for name in own),
                    key=lambda name: -max(own.get(name, 0.0) for own in beliefs))  # fmt: skip
     marks, base = [], np.zeros(len(rounds))
@@ -91,38 +93,36 @@ def _belief(rounds: tuple[Round, ...]) -> tuple[Text | Chart, ...]:
 
 def _why_unnamed(done: Round) -> str:
     """Why the effects of the likeliest explanation were not all named, in one sentence; empty if they were."""
-    answer = done.diagnosis
-    if not answer["explanations"]:
+    answer = done.answer
+    if not answer.explanations:
         return ""
-    likeliest = max(answer["explanations"], key=lambda each: each["weight"])
-    reasons = {row["effect"]: row["why_not"] for row in answer["ranking"]}
-    said = [
-        f"{name.replace('_', ' ')} ({'; '.join(reasons[name])})"
-        for name in likeliest["effects"] if name not in answer["effects"] and reasons.get(name)
+    likeliest = max(answer.explanations, key=lambda each: each.weight)
+    unnamed = [
+        f"{plain_name(name)} ({'; '.join(answer.why_not[name])})"
+        for name in likeliest.effects if name not in answer.effects and answer.why_not.get(name)
     ]  # fmt: skip
-    return f"Likeliest after log {done.number}, and not named: {', '.join(said)}." if said else ""
+    return f"Likeliest after log {done.number}, and not named: {', '.join(unnamed)}." if unnamed else ""
 
 
-def _name(explanation: dict[str, Any]) -> str:
-    return " and ".join(each.replace("_", " ") for each in explanation["effects"]) or "calibration alone"
+def _name(explanation: Explanation) -> str:
+    return " and ".join(plain_name(each) for each in explanation.effects) or "calibration alone"
 
 
 def _hidden(rounds: tuple[Round, ...]) -> Table | Text:
     """By effect, the chance that a usual size would have been named, after each log."""
-    planned = [each for each in rounds if each.plan is not None]
-    if not planned:
+    planned = [each.number for each in rounds if each.test is not None]
+    tests = [{row.name: row for row in each.test.effects} for each in rounds if each.test is not None]
+    if not tests:
         return "No test was planned."
-    plans = [each.plan for each in planned if each.plan is not None]
-    names = list(dict.fromkeys(row["name"] for plan in plans for row in plan["effects"]))
-    rows = []
-    for name in names:
-        own = [next((row for row in plan["effects"] if row["name"] == name), None) for plan in plans]
+    rows: list[tuple[Cell, ...]] = []
+    for name in dict.fromkeys(name for test in tests for name in test):
+        own = [test.get(name) for test in tests]
         first = next(row for row in own if row is not None)
-        cells = ["named" if row is None else f"{100.0 * row['power_without']:.0f} %" for row in own]
-        end = "named" if own[-1] is None else f"{100.0 * own[-1]['power_with']:.0f} %"
-        usual = sentence(f"{first['parameter'].replace('_', ' ')} ", displayed(first["usual"], first["unit"], 2))
-        rows.append((name.replace("_", " "), usual, *cells, end))
-    heads = tuple(f"after log {each.number}" for each in planned)
+        cells = ["named" if row is None else f"{100.0 * row.power_without:.0f} %" for row in own]
+        end = "named" if own[-1] is None else f"{100.0 * own[-1].power_with:.0f} %"
+        usual = sentence(f"{plain_name(first.parameter)} ", displayed(first.usual, first.unit, 2))
+        rows.append((plain_name(name), usual, *cells, end))
+    heads = tuple(f"after log {number}" for number in planned)
     caption = (
         "Probability that an effect of a usual size is named: with the logs so far, and with the last test planned"
     )
@@ -140,9 +140,9 @@ def investigation_json(investigation: Investigation) -> dict[str, Any]:
             {"effect": name, "size": size} for name, size in investigation.sealed
         ],
         "rounds": [
-            {"number": each.number, "verdict": each.diagnosis["verdict"], "effects": each.diagnosis["effects"],
-             "explanations": each.diagnosis["explanations"], "open_before": each.open_before,
-             "open_after": each.open_after}
+            {"number": each.number, "verdict": each.answer.verdict, "effects": list(each.answer.effects),
+             "explanations": [explanation_json(one) for one in each.answer.explanations],
+             "open_before": each.open_before, "open_after": each.open_after}
             for each in investigation.rounds
         ],
     }  # fmt: skip

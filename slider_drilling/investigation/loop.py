@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.earlier_answer import read_earlier_answer
@@ -19,12 +18,12 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, read_text, write_atomically
 from slider_drilling.gap.experiment_design.plan import LIMIT_SHARE
 from slider_drilling.gap.progress import Progress
+from slider_drilling.investigation.round import Round, RoundAnswer, planned_test, round_answer
 from slider_drilling.log import read_log
 from slider_drilling.pages import write_page
 from slider_drilling.programmes import dump_programme
 from slider_drilling.rig import Rig
 from slider_drilling.test_planning.drilling_plan import DrillingPlan, PlanTestOptions, plan_after
-from slider_drilling.test_planning.plan_json import plan_json
 from slider_drilling.test_planning.plan_page import plan_page
 from slider_drilling.units import Units
 
@@ -36,25 +35,6 @@ _WORTHWHILE, _LITTLE = 0.9, 0.02
 
 Recorder = Callable[[int, Path, Path], bool]
 """(number of the run, its programme, path of its log) -> whether the log is there."""
-
-
-@dataclass(frozen=True)
-class Round:
-    """One round: what all logs so far say, and what to ask next.
-
-    Attributes:
-        number: From 1 on; also the number of logs.
-        diagnosis: Tree of diagnosis.json.
-        plan: Tree of the plan after it; None after the last round.
-        open_before: What is left to find out after the logs so far (`Prospect.loss`); None without a plan.
-        open_after: The same after the planned run.
-    """
-
-    number: int
-    diagnosis: dict[str, Any] = field(repr=False)
-    plan: dict[str, Any] | None = field(default=None, repr=False)
-    open_before: float | None = None
-    open_after: float | None = None
 
 
 @dataclass(frozen=True)
@@ -131,11 +111,11 @@ def investigate(
             return Investigation((*rounds, done), "nothing could be fitted: no test can be planned")
         before = plan.plan.baseline.loss
         after = plan.plan.planned.prospect.loss
-        asked = answer.get("next_manoeuvre") is not None
+        asked = answer.still_open is not None
         if after > _WORTHWHILE * before or (not asked and before < _LITTLE):
             why = "the answer stands" if not asked else "nothing more can be learnt within the limits"
             return Investigation((*rounds, Round(number, answer, None, before, after)), why)
-        rounds.append(Round(number, answer, plan_json(plan), before, after))
+        rounds.append(Round(number, answer, planned_test(plan), before, after))
         programme = folder / f"programme{number}.yaml"
         write_atomically(programme, dump_programme(plan.programme).encode())
         write_page(folder / f"test_plan{number}.html", plan_page(plan), units)
@@ -149,7 +129,7 @@ def log_path(folder: Path, number: int) -> Path:
 
 def _answer(
     folder: Path, number: int, rig: Rig, options: InvestigationOptions, units: Units, progress: Progress
-) -> dict[str, Any]:
+) -> RoundAnswer:
     """The diagnosis of all logs so far: that in the folder, or a new one."""
     own = folder / f"diagnosis{number}"
     if not (own / "diagnosis.json").is_file():
@@ -160,8 +140,8 @@ def _answer(
             progress(f"round {number}: {stage}", share)
 
         write_diagnosis(diagnose(logs, rig, seed=options.seed, after=before, progress=report), own, units)
-    tree: dict[str, Any] = json.loads(read_text(own / "diagnosis.json", "diagnosis"))
-    return tree
+    path = own / "diagnosis.json"
+    return round_answer(json.loads(read_text(path, "diagnosis")), str(path))
 
 
 def _plan(

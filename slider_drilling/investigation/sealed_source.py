@@ -29,7 +29,7 @@ def sealed_rig(rig: Rig, effects: tuple[str, ...], size: float, seed: int) -> Se
     names = tuple(CATALOGUE_LAWS)
     for name in effects:
         if name not in names:
-            raise InputError(f"--sealed-effect {name}: unknown; use {', '.join(names)}")
+            raise InputError(f"sealed effect {name}: unknown; use {', '.join(names)}")
     chosen = effects or (names[seed % len(names)],)
     if len(chosen) > 1:
         size = max(size, MIN_SIZE_OF_TWO)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from slider_drilling.angles import wrap_degrees
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.live.twin_state import ExpectedSample
@@ -180,4 +181,4 @@ def _degrees(angle: float) -> float | None:
 
 
 def _wrapped(degrees: float | None) -> float | None:
-    return None if degrees is None or not math.isfinite(degrees) else round(math.remainder(degrees, 360.0), 1)
+    return None if degrees is None or not math.isfinite(degrees) else round(wrap_degrees(degrees), 1)

@@ -41,7 +41,7 @@ export default {
       const silence = (performance.now() - this.lastWord) / 1000;
       document.body.classList.toggle("sd-server-late", silence > 2);
       document.body.classList.toggle("sd-server-lost", silence > 5);
-      document.body.dataset.silence = silence > 5 ? `no word from the page's server since ${Math.round(silence)} s` : "";
+      document.body.dataset.silence = silence > 5 ? `no data from the page's server for ${Math.round(silence)} s` : "";
     },
     drawFrame(data) {
       this.history.add(data.samples, data.expected, data.dial.measured);

@@ -142,7 +142,7 @@ class ShownStatus:
     def message(self) -> str:
         """What the status says, or for how long it has said nothing."""
         if self.freshness is Freshness.LOST:
-            return f"no word since {self.age:.0f} s; last: {self.status.message}"
+            return f"no status for {self.age:.0f} s; last: {self.status.message}"
         return self.status.message
 
 

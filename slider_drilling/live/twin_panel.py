@@ -72,7 +72,7 @@ class TwinPanel:
         if freshness is None:
             return "no twin runs beside this rig"
         if freshness is Freshness.LOST:
-            return f"no word since {twin.age():.0f} s"
+            return f"no status for {twin.age():.0f} s"
         said = twin.diagnosis()
         open_ones = [one for one in twin.detections() if not one.get("ended")]
         state = str(said.get("state", "watching")) + (f": {said['note']}" if said.get("note") else "")

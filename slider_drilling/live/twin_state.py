@@ -183,6 +183,6 @@ class TwinState:
             return self._arrivals.freshness(self._now()) if self._gaps else None
 
     def age(self) -> float:
-        """Time since its last word, s."""
+        """Time since its last status, s."""
         with self._lock:
             return self._arrivals.age(self._now())

@@ -14,9 +14,9 @@ import yaml
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import write_atomically
+from slider_drilling.log.log_files import METADATA
 from slider_drilling.log.write import LogWriter, MessageCounts
 
-METADATA = "metadata.yaml"
 EMPTY = MessageCounts(0, 0, {})
 VERSION = 9  # of the format of metadata.yaml in ROS 2 Jazzy and later
 

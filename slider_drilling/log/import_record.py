@@ -37,10 +37,6 @@ class ImportRecord:
     checks: tuple[tuple[str, str], ...] = ()
     integrated: dict[str, IntegratedQuantity] = field(default_factory=dict)
 
-    def of_check(self, name: str) -> tuple[str, ...]:
-        """The sentences of one check."""
-        return tuple(text for check, text in self.checks if check == name)
-
     def to_metadata(self) -> dict[str, str]:
         """The record as an MCAP metadata record holds it."""
         integrated = {name: vars(quantity) for name, quantity in self.integrated.items()}

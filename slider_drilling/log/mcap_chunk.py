@@ -18,10 +18,11 @@ from mcap.records import Channel, Schema
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from slider_drilling.log.mcap_records import RECORD_HEAD
+
 MAX_CHUNK_BYTES = 256 * 1024 * 1024  # unpacked; recorders write a few MB
 COMPRESSIONS = ("", "zstd", "lz4")
 _MAGIC_NUMBERS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
-_HEAD = struct.Struct("<BQ")
 _FIXED = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")])
 _LENGTH = np.dtype([("length", "<u8")])
 _ZSTD = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES)
@@ -173,7 +174,7 @@ def _opened(data: bytes) -> ChunkContents:
     at, size = 0, len(data)
     message = int(Opcode.MESSAGE)
     while at < size:
-        opcode, length = _HEAD.unpack_from(data, at)
+        opcode, length = RECORD_HEAD.unpack_from(data, at)
         at += 9
         if at + length > size:
             raise ValueError("a record runs beyond its chunk")

@@ -27,7 +27,7 @@ from slider_drilling.log.mcap_chunk import (
     unpack_chunk,
 )
 from slider_drilling.log.mcap_records import (
-    HEAD,
+    HEAD_SIZE,
     MAGIC,
     DamagedSpan,
     EndOfLog,
@@ -191,7 +191,7 @@ class McapSection:
         """Read one record."""
         if record.opcode == Opcode.MESSAGE:
             self._unchunked += 1
-            self._gather(self._source.read(record.start, record.end - record.start), [HEAD])
+            self._gather(self._source.read(record.start, record.end - record.start), [HEAD_SIZE])
         elif record.opcode == Opcode.CHUNK:
             self._read_chunk(record)
         elif record.opcode == Opcode.DATA_END:

@@ -14,8 +14,8 @@ from typing import IO
 from mcap.opcode import Opcode
 
 MAGIC = b"\x89MCAP0\r\n"
-_HEAD = struct.Struct("<BQ")
-HEAD = _HEAD.size
+RECORD_HEAD = struct.Struct("<BQ")  # opcode, length of the content
+HEAD_SIZE = RECORD_HEAD.size
 # Smallest content of each record, bytes. Any record may be longer: readers skip what follows its fields.
 _MIN_BYTES = {
     Opcode.HEADER: 8, Opcode.FOOTER: 20, Opcode.SCHEMA: 14, Opcode.CHANNEL: 16, Opcode.MESSAGE: 22, Opcode.CHUNK: 40,
@@ -70,7 +70,7 @@ class RecordSpan:
     @property
     def content_start(self) -> int:
         """Offset where its content starts."""
-        return self.start + HEAD
+        return self.start + HEAD_SIZE
 
 
 @dataclass(frozen=True)
@@ -91,40 +91,40 @@ class EndOfLog:
 
 def record_at(source: FileBytes, at: int) -> RecordSpan | None:
     """The record that starts at this offset; None where there is no valid one."""
-    head = source.read(at, HEAD)
-    if len(head) < HEAD:
+    head = source.read(at, HEAD_SIZE)
+    if len(head) < HEAD_SIZE:
         return None
-    opcode, length = _HEAD.unpack(head)
-    if at + HEAD + length > source.size:
+    opcode, length = RECORD_HEAD.unpack(head)
+    if at + HEAD_SIZE + length > source.size:
         return None
     if opcode != Opcode.MESSAGE and _fits_chunk(source, at, length, MAX_PADDING if opcode == Opcode.CHUNK else 0):
         # A flipped bit may have changed the opcode, but the lengths inside identify a chunk, and it has a checksum.
-        return RecordSpan(Opcode.CHUNK, at, at + HEAD + length)
+        return RecordSpan(Opcode.CHUNK, at, at + HEAD_SIZE + length)
     min_bytes = _MIN_BYTES.get(opcode)
     if opcode == Opcode.CHUNK or (min_bytes is None and opcode < _PRIVATE):
         return None
     if min_bytes is not None and (length < min_bytes or (opcode in _FIXED and length > min_bytes + MAX_PADDING)):
         return None
-    return RecordSpan(opcode, at, at + HEAD + length)
+    return RecordSpan(opcode, at, at + HEAD_SIZE + length)
 
 
 def is_cut_record(source: FileBytes, at: int) -> bool:
     """Whether the file ends here, or within a record that starts here: what is there is whole as far as it goes."""
-    head = source.read(at, HEAD)
-    if len(head) < HEAD:
+    head = source.read(at, HEAD_SIZE)
+    if len(head) < HEAD_SIZE:
         return not head or head[0] in _MIN_BYTES or head[0] >= _PRIVATE
-    opcode, length = _HEAD.unpack(head)
-    return (opcode in _MIN_BYTES or opcode >= _PRIVATE) and source.size < at + HEAD + length < at + (1 << 32)
+    opcode, length = RECORD_HEAD.unpack(head)
+    return (opcode in _MIN_BYTES or opcode >= _PRIVATE) and source.size < at + HEAD_SIZE + length < at + (1 << 32)
 
 
 def _fits_chunk(source: FileBytes, at: int, length: int, max_padding: int) -> bool:
     """Whether the lengths inside a record (of the compression's name, of the data) are those of a chunk."""
     if length < _MIN_BYTES[Opcode.CHUNK]:
         return False
-    (name,) = struct.unpack("<I", source.read(at + HEAD + 28, 4))
+    (name,) = struct.unpack("<I", source.read(at + HEAD_SIZE + 28, 4))
     if name > _LONGEST_COMPRESSION or length < _MIN_BYTES[Opcode.CHUNK] + name:
         return False
-    (data,) = struct.unpack("<Q", source.read(at + HEAD + 32 + name, 8))
+    (data,) = struct.unpack("<Q", source.read(at + HEAD_SIZE + 32 + name, 8))
     return 0 <= length - 40 - name - int(data) <= max_padding
 
 
@@ -175,7 +175,7 @@ def find_next_record(source: FileBytes, at: int) -> int | None:
             first = match.start() + 1
         if at + len(block) >= source.size:
             return None
-        at += len(block) - HEAD + 1
+        at += len(block) - HEAD_SIZE + 1
     return None
 
 

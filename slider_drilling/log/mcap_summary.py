@@ -12,7 +12,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Schema
 
 from slider_drilling.log.mcap_chunk import PARSE_ERRORS
-from slider_drilling.log.mcap_records import HEAD, MAGIC, MAX_PADDING, FileBytes, RecordSpan, record_at
+from slider_drilling.log.mcap_records import HEAD_SIZE, MAGIC, MAX_PADDING, FileBytes, RecordSpan, record_at
 
 _FOOTER = 20
 # A summary has some 200 bytes a chunk: this is a month of recording.
@@ -39,7 +39,7 @@ def read_mcap_summary(source: FileBytes, base: int) -> McapSummary | None:
         return None
     data = source.read(base + start, at - base - start)
     # The checksum includes the beginning of the footer.
-    if crc and zlib.crc32(source.read(at, HEAD + 16), zlib.crc32(data)) != crc:
+    if crc and zlib.crc32(source.read(at, HEAD_SIZE + 16), zlib.crc32(data)) != crc:
         return None
     summary = McapSummary()
     try:
@@ -54,7 +54,7 @@ def _find_footer(source: FileBytes, base: int) -> RecordSpan | None:
     end = source.size - len(MAGIC)
     if source.read(end, len(MAGIC)) != MAGIC:
         return None
-    last = end - _FOOTER - HEAD
+    last = end - _FOOTER - HEAD_SIZE
     first = max(base, last - MAX_PADDING)
     tail = source.read(first, last + 1 - first) if last >= first else b""
     at = tail.rfind(Opcode.FOOTER)

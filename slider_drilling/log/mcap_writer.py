@@ -35,7 +35,8 @@ from mcap.records import (
     SummaryOffset,
 )
 
-MAGIC = b"\x89MCAP0\r\n"
+from slider_drilling.log.mcap_records import MAGIC
+
 # opcode, length, channel, sequence, log time, publish time; the message's data follows.
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED = 22

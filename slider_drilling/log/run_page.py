@@ -15,9 +15,10 @@ from slider_drilling.log.series import LogContents
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, RED
-from slider_drilling.pages.figures import wrap_degrees
+from slider_drilling.pages.figures import wrapped_curve
 from slider_drilling.pages.png import render_png
 from slider_drilling.pages.titles import target_text, utc_time, well_name
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Text, Units, sentence
 
@@ -42,7 +43,7 @@ def log_panels(log: LogContents) -> tuple[Panel, ...]:
 def _tool_face(log: LogContents) -> Panel:
     lines = []
     if log.truth_bit is not None:
-        lines.append(Line("truth", log.truth_bit.time, wrap_degrees(np.degrees(log.truth_bit.position)), colour=GREY))
+        lines.append(Line("truth", log.truth_bit.time, wrapped_curve(np.degrees(log.truth_bit.position)), colour=GREY))
     if log.mwd_tool_face is not None:
         mwd = log.mwd_tool_face
         degrees = 180.0 - (180.0 - np.degrees(mwd.position)) % 360.0
@@ -51,7 +52,7 @@ def _tool_face(log: LogContents) -> Panel:
         time = np.array([min(line.x[0] for line in lines), max(line.x[-1] for line in lines)])
         if log.tool_face_target is not None:
             time = np.union1d(time, log.tool_face_target.time)
-        lines.append(Line("target", time, wrap_degrees(np.degrees(target_at(log, time))), "steps", GREEN))
+        lines.append(Line("target", time, wrapped_curve(np.degrees(target_at(log, time))), "steps", GREEN))
     return Panel("toolface, deg", tuple(lines))
 
 
@@ -132,7 +133,7 @@ def run_page(log: LogContents, summary: RunSummary, more: tuple[tuple[str, str],
     if has_depth and (by_depth := depth_charts(log)):
         sections.append(Section("By depth", by_depth))
     facts = [("log", Path(log.source).name)]
-    facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
+    facts += [(plain_name(key), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)
     return Page("Run", log_title(log), tuple(sections), tuple(facts), _headline(summary, units), notes)
 

@@ -218,7 +218,7 @@ class LogWriter:
                     [data[index] for index in batch.tolist()],
                 )  # fmt: skip
                 if progress is not None:
-                    progress(start, len(order))
+                    progress(start + len(batch), len(order))
 
     def joint_state(
         self,
@@ -294,9 +294,7 @@ class LogWriter:
         if time.monotonic() >= self._next_flush:
             self.flush()
 
-    def declare(
-        self, topic: str, kind: str, schema: str, metadata: dict[str, str] | None = None, encoding: str = "ros2msg"
-    ) -> None:
+    def declare(self, topic: str, kind: str, schema: str, metadata: dict[str, str] | None = None) -> None:
         """Add a topic.
 
         Args:
@@ -304,11 +302,10 @@ class LogWriter:
             kind: Its type, ``package/msg/Name``.
             schema: The definition of the type.
             metadata: Of the MCAP channel.
-            encoding: Of the definition.
         """
         with self._ending_on_failure():
             if kind not in self._schemas:
-                self._schemas[kind] = self._file.schema(kind, encoding, schema.encode())
+                self._schemas[kind] = self._file.schema(kind, "ros2msg", schema.encode())
             self._channels[_absolute(topic)] = self._file.channel(
                 _absolute(topic), "cdr", self._schemas[kind], metadata or {}
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from slider_drilling.log import RigLog
 from slider_drilling.log.import_record import IntegratedQuantity
 from slider_drilling.log_checks.issue import Check, LogIssue
+from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Quantity, sentence
 
 # rad: an angle that is farther off says nothing of the string's twist, nor of the toolface.
@@ -28,7 +29,7 @@ def check_import(log: RigLog) -> list[LogIssue]:
 def _integrated(column: str, integrated: IntegratedQuantity) -> list[LogIssue]:
     angle = "angle" in column
     unit, limit = ("rad", _MAX_ANGLE_ERROR) if angle else ("m", _MAX_POSITION_ERROR)
-    name = column.replace("_", " ")
+    name = plain_name(column)
     if integrated.gaps:
         many = "a gap" if integrated.gaps == 1 else f"{integrated.gaps} gaps"
         text = sentence(

@@ -12,10 +12,9 @@ from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.messages.topics import TOPICS
+from slider_drilling.null_values import is_null_like, stands_apart
 from slider_drilling.units import KINDS
 
-_NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0, 999.25, 9999.0, 99999.0)
-_SPANS = 3.0  # times the range of all other values that a null lies outside
 _CHANNELS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "mwd_tool_face")
 _POSITIVE = ("hook_load", "standpipe_pressure", "pump_speed")
 _MAX_SHARE = 0.5
@@ -53,9 +52,7 @@ def _nulls(values: Array, unit: str, positive: bool) -> tuple[Any, str]:
         others = known[known != end]
         if others.size < 2 or known.size - others.size > _MAX_SHARE * known.size:
             continue
-        low, high = np.quantile(others, (0.01, 0.99))
-        outside = max(low - end, end - high) > _SPANS * max(float(high - low), 1e-9)
-        if not outside and not (positive and end < 0.0):
+        if not stands_apart(end, others, positive):
             continue
         written = _written(end, unit)
         if written:
@@ -68,7 +65,6 @@ def _written(value: float, unit: str) -> str:
     kinds = [units for units in KINDS.values() if next(iter(units)) == unit] or [{unit: 1.0}]
     for units in kinds:
         for name, factor in units.items():
-            for null in _NULLS:
-                if math.isclose(abs(value), abs(null) * factor, rel_tol=1e-9) and factor > 0.0:
-                    return f"{math.copysign(null, value):g} {name}"
+            if factor > 0.0 and is_null_like(value / factor):
+                return f"{value / factor:.10g} {name}"
     return ""

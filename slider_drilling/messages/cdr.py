@@ -265,12 +265,6 @@ def decode_joint_state(data: bytes, joint: str) -> tuple[int, float, float, floa
     return stamp, position, velocity, effort
 
 
-def decode_fluid_pressure(data: bytes) -> tuple[int, float, float]:
-    """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
-    stamp, (pressure, variance) = _decoder(FLUID_PRESSURE, "").decode_one(data)
-    return stamp, pressure, variance
-
-
 def header_stamp_ns(data: bytes) -> int:
     """The stamp, ns, of any message that begins with a header. Raises InputError where it has none."""
     try:

@@ -242,7 +242,8 @@ GAP_TOPICS: dict[int, Topic] = {
                    content=f"gap of each channel over {seconds} s, in noise levels")
     for seconds in GAP_TIMES
 }  # fmt: skip
-GAP_THRESHOLD = Topic("gap/threshold", JOINT_STATE, content="gap over 60 s above which a channel shows a change")
+GAP_THRESHOLD = Topic("gap/threshold", JOINT_STATE,
+                      content="gap over 60 s that the channel exceeded in 1 % of the time")  # fmt: skip
 TREND_TOPICS: dict[str, Topic] = {
     "value": Topic("trend/value", JOINT_STATE, content="calibrated parameters of the rig: best values"),
     "lower": Topic("trend/lower", JOINT_STATE, content="lower ends of their 95 % intervals"),

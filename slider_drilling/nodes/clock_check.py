@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 MAX_OFFSET = 3600.0  # s between a stamp and the clock that it is taken to come from
+SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 MAX_SAMPLE_AGE = 5.0  # s between a sample's stamp and the time at which it comes, with clocks that agree
 
 

@@ -36,6 +36,7 @@ from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unk
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.twin_subscriptions import subscribe_to_twin
+from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import parse_rig
 from slider_drilling.units import UNITS
 
@@ -156,7 +157,7 @@ class Dashboard(GuardedNode):
     def _trigger(self, service: str) -> None:
         def on_answer(future: Future) -> None:
             answer = future.result()
-            action = service.rpartition("/")[2].replace("_", " ")
+            action = plain_name(service.rpartition("/")[2])
             self.state.add_notice(f"{action}: {answer.message or 'done'}", answer.success)
 
         self._call(Trigger, service, Trigger.Request(), on_answer)

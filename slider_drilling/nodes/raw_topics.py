@@ -110,7 +110,6 @@ def subscription(
     node: Node,
     topic: Topic,
     receive: Callable[[bytes], None],
-    qos: QoSProfile = RELIABLE,
     events: SubscriptionEventCallbacks | None = None,
 ) -> Subscription:
     """A subscription whose callback gets a message's bytes; `qos_overrides` parameters apply."""
@@ -120,7 +119,7 @@ def subscription(
             message_class(topic.type),
             topic.name,
             receive,
-            _copy(qos),
+            _copy(RELIABLE),
             raw=True,
             event_callbacks=events,
             qos_overriding_options=options,

@@ -25,7 +25,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.clock_check import clock_offset_message, is_on_clock
+from slider_drilling.nodes.clock_check import SET_BACK, clock_offset_message, is_on_clock
 from slider_drilling.nodes.command_publishers import CommandPublishers
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, read_statuses
@@ -40,14 +40,12 @@ from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.target_topic import TargetTopic
-from slider_drilling.nodes.twin_word import TwinWord
-from slider_drilling.nodes.watchdog import Watchdog
+from slider_drilling.nodes.twin_status_relay import TwinStatusRelay
+from slider_drilling.nodes.watchdog import SILENCE_PERIOD, Watchdog
 from slider_drilling.programmes.progress import ProgrammeProgress
 
-SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
-SILENCE_PERIOD = 1.0  # s of wall time between statuses, and commands to stop, while the rig's time stands still
 LEAVE_TIME = 3.0  # s of wall time that a simulator may take from its last sample to its end
 REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, or of stamps of another clock
 
@@ -93,7 +91,7 @@ class RockingController(ManagedNode):
         self._last_report = time.monotonic()
         self._command: RigCommand | None = None
         self._watchdog = Watchdog()
-        self._twin_word = TwinWord()
+        self._twin_relay = TwinStatusRelay()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
         self._reported_silence = 0.0  # s of wall time
         self._is_silence_logged = False
@@ -211,7 +209,7 @@ class RockingController(ManagedNode):
         self._channels = [self._sensor("standpipe_pressure", self._on_standpipe_pressure), *drives]
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._twin_word.take(read_statuses(message))
+        self._twin_relay.take(read_statuses(message))
 
     def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
         topic = named(TOPICS[name], self.values)
@@ -374,7 +372,7 @@ class RockingController(ManagedNode):
         else:
             measured = Status(Level.OK, "measurements", "every surface channel is there")
         try:
-            return [measured, *statuses_of(self._controller), *self._twin_word.statuses()]
+            return [measured, *statuses_of(self._controller), *self._twin_relay.statuses()]
         except InputError as error:
             self.shutdown_request.fail(error)
             return [measured]

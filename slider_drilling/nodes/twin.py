@@ -13,7 +13,7 @@ from slider_drilling.files.output_files import check_outputs, write_atomically
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.clock_check import clock_offset_message
+from slider_drilling.nodes.clock_check import SET_BACK, clock_offset_message
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
 from slider_drilling.nodes.drive_subscriptions import COMMON_TOPIC, DRIVES, drive_subscriptions
 from slider_drilling.nodes.joint_names import JOINT_NAMES
@@ -24,15 +24,13 @@ from slider_drilling.nodes.services import trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.twin_statuses import TwinHealth, twin_statuses
 from slider_drilling.nodes.twin_topics import TwinPublishers
-from slider_drilling.nodes.watchdog import Watchdog
+from slider_drilling.nodes.watchdog import SILENCE_PERIOD, Watchdog
 from slider_drilling.rig.rig_file import dump_rig
 from slider_drilling.twin import Twin, TwinReport, TwinSettings, diagnose_after
 
 ADVANCE_PERIOD = 0.1  # s of wall time between two looks for seconds that are complete
-SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
 MAX_GAP = 600.0  # s by which a stamp may be ahead of those before
 STALE_AFTER = 1.0  # s of wall time without a sample after which the rig is silent
-SILENCE_PERIOD = 1.0  # s of wall time between statuses while it is
 # Topic of the registry -> the twin's channels, in the order of the message's numbers; empty for one that is not used.
 CHANNELS = {
     "standpipe_pressure": ("standpipe_pressure",),

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.nodes.twin_word import NOT_COMPARED
+from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.plain_names import plain_name
 from slider_drilling.twin import Detection, TwinReport
 

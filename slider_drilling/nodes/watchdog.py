@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 SLOW_RIG_FACTOR = 3.0  # a slow rig is silent after this many times its last interval between samples
 MAX_TICK_INTERVAL = 0.3  # s between two checks, beyond which this process itself was stopped or starved
+SILENCE_PERIOD = 1.0  # s of wall time between statuses, and commands to stop, while the rig is silent
 CATCH_UP = 0.5  # s after such a stop within which samples that came meanwhile are received
 
 

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slider_drilling.angles import wrap_degrees
 from slider_drilling.units import Text
 
 Array = NDArray[np.float64]
@@ -161,9 +162,9 @@ def line(name: str, x: ArrayLike, y: ArrayLike, style: Style = "line", colour: s
     return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), style, colour, hidden=hidden)
 
 
-def wrap_degrees(degrees: Array) -> Array:
+def wrapped_curve(degrees: Array) -> Array:
     """Degrees wrapped to -180..180, with NaN where the curve wraps, so that no line crosses the panel."""
-    value: Array = 180.0 - (180.0 - degrees) % 360.0
+    value = wrap_degrees(degrees)
     with np.errstate(invalid="ignore"):
         value[1:][np.abs(np.diff(value)) > 180.0] = np.nan
     return value

@@ -105,16 +105,16 @@ def _most(runs: dict[str, dict[int, list[SettledCycle]]], attribute: str, measur
     table = {
         name: {rate: [getattr(s, attribute) for s in row] for rate, row in rows.items()} for name, rows in runs.items()
     }
-    rivals = [name for name in table if name != "rocking"]
+    other_tools = [name for name in table if name != "rocking"]
     beaten = [
         f"{name} at {rate} m/h, setting {k + 1} of 3: {table[name][rate][k]:.4f} against "
         f"{table['rocking'][rate][k]:.4f}"
-        for name in rivals
+        for name in other_tools
         for rate in RATES
         for k in range(3)
         if table[name][rate][k] <= table["rocking"][rate][k]
     ]
-    overlap = [name for name in rivals for rate in RATES if min(table[name][rate]) < max(table["rocking"][rate])]
+    overlap = [name for name in other_tools for rate in RATES if min(table[name][rate]) < max(table["rocking"][rate])]
     return Claim(
         f"Rocking reduces axial friction more than every other tool over the field's ranges ({measure}, weakest, "
         "middle and strongest settings each compared at the same rate of penetration).",

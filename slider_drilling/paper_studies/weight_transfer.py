@@ -20,8 +20,9 @@ from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import settled_cycle
 from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
 from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
-from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
+from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, longer, slide
 from slider_drilling.rig import Rig
+from slider_drilling.rig.example import example_rig
 from slider_drilling.units import Quantity, Text, sentence
 
 RATE = 9.0

@@ -8,19 +8,13 @@ import numpy as np
 
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.drillstring import Commands
-from slider_drilling.files.installed_files import installed_file
-from slider_drilling.rig import Rig, load_rig
+from slider_drilling.rig import Rig
 
 ELEMENTS = 100
 """Surface torque is then within 3 % of that with 200 elements: enough to compare tools, and four times as fast."""
 HOUR = 3600.0
 INTERVAL = 0.1
 ROUNDING = 0.2
-
-
-def example_rig() -> Rig:
-    """The package's example rig: 4000 m, 1600 m of it horizontal."""
-    return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def longer(rig: Rig, extra: float) -> Rig:

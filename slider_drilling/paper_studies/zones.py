@@ -10,8 +10,9 @@ from slider_drilling.drillstring import Plant
 from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
 from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded, setting_name
-from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, example_rig, slide
+from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, slide
 from slider_drilling.rig import Rig
+from slider_drilling.rig.example import example_rig
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
 
 RATE = 9.0

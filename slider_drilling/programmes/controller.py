@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from slider_drilling.control.interface import Level, Measurements, RigCommand, Status
 from slider_drilling.control.interlocks.motor_stall import StallGuard
-from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, Interlocks
+from slider_drilling.control.interlocks.slide_interlocks import HOLD_AFTER, MIN_FLOW_SHARE, Interlocks
 from slider_drilling.errors import InputError
 from slider_drilling.programmes.limit_guard import LimitGuard, LimitReached
 from slider_drilling.programmes.limits import complete
@@ -24,7 +24,7 @@ from slider_drilling.programmes.steps import Slide
 from slider_drilling.programmes.surface_state import SurfaceState
 from slider_drilling.rig import Rig
 
-_STALL_SHARE, _RELEASED_SHARE, _MIN_FLOW_SHARE = 0.85, 0.1, 0.3
+_STALL_SHARE, _RELEASED_SHARE = 0.85, 0.1
 _TARE_FLOW_SHARE = 0.8  # of the reference flow, below which pressure is not tared
 _LIFT = 0.5  # m, beyond the stretch that the weight gives, by which an abort lifts the bit
 
@@ -55,7 +55,7 @@ class ProgrammeController:
         stall = StallGuard(_STALL_SHARE * rig.motor.max_pressure, _RELEASED_SHARE * rig.motor.max_pressure)
         first = self._limits[0]
         self._interlocks = Interlocks(first.right_torque, first.left_torque, stall,
-                                      _MIN_FLOW_SHARE * self._reference_pump)  # fmt: skip
+                                      MIN_FLOW_SHARE * self._reference_pump)  # fmt: skip
         self._state, self._reason, self._asked = ProgrammeState.TARING, "", ""
         self._taring_for = 0.0
         self._index = -1
@@ -92,7 +92,7 @@ class ProgrammeController:
         """Return the setpoints until the next sample."""
         self._surface.read(measurements, self._state is ProgrammeState.TARING)
         if self._state is ProgrammeState.TARING:
-            self._command = self._tare(measurements)
+            self._command = self._tare()
         else:
             fault = self._check_interlocks()
             if self._state is ProgrammeState.RUNNING:
@@ -137,7 +137,7 @@ class ProgrammeController:
         slide = self._execution.statuses() if isinstance(self._execution, SlideExecution) else ()
         return (Status(level, "programme", message, values), *(slide or self._interlocks.statuses()))
 
-    def _tare(self, measurements: Measurements) -> RigCommand:
+    def _tare(self) -> RigCommand:
         """Hold still and tare; begin the first step when that is over and every channel is there."""
         surface, value = self._surface, self._surface.monitor.value
         angle = value["top_drive_angle"]

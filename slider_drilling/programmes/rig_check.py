@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from slider_drilling.control.block.auto_driller import AutoDriller
+from slider_drilling.control.interlocks.slide_interlocks import MIN_FLOW_SHARE, MIN_RATE
 from slider_drilling.errors import InputError
 from slider_drilling.programmes.limits import EITHER, CompleteLimits, complete
 from slider_drilling.programmes.motion import DriveStates
@@ -14,10 +15,8 @@ from slider_drilling.programmes.programme import Programme, Step, check_programm
 from slider_drilling.programmes.steps import BlockSpeed, Flow, PickUp, Rock, Rotate, SlackOff, Slide
 from slider_drilling.rig import Rig
 
-MIN_RATE = 5.0  # Hz of the surface channels, below which limits are not kept
 LEAVING_TIME = 60.0  # s, nominal, to park the top drive after a slide and to lift the bit
 _ORIENTING_SHARE = 0.4  # of the longest time to orient, nominal
-_MIN_FLOW_SHARE = 0.3  # of the reference flow, below which nothing is lowered
 _DEPTH_TOLERANCE = 10.0  # m, between a slide sheet's first row and the bit of the rig file
 _SLIDE_WEIGHT, _SLIDE_PRESSURE = 0.7, 0.7  # of what a limit leaves, that a slide may ask for
 
@@ -89,8 +88,8 @@ def _check_flow(start: DriveStates, end: DriveStates, limits: CompleteLimits, ri
         raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "
                          f"{limits.pressure / 1e5:.0f} bar; less flow, or a higher limit")  # fmt: skip
     lowered = end.block > start.block or end.lowering > 0.0
-    if lowered and min(start.pump, end.pump) < _MIN_FLOW_SHARE * rig.reference_pump_speed:
-        raise InputError(f"{where}: the block is lowered with less than {100 * _MIN_FLOW_SHARE:.0f} % of the "
+    if lowered and min(start.pump, end.pump) < MIN_FLOW_SHARE * rig.reference_pump_speed:
+        raise InputError(f"{where}: the block is lowered with less than {100 * MIN_FLOW_SHARE:.0f} % of the "
                          "reference flow; raise the flow first")  # fmt: skip
 
 

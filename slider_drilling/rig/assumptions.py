@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from slider_drilling.errors import InputError
+from slider_drilling.schema.changes import key_steps
 from slider_drilling.schema.fields import NumberField
 from slider_drilling.schema.quantity_text import convert_quantity, split_quantity
 from slider_drilling.schema.yaml_tree import shorten
 
 _KEYS = ("value", "spread", "assumed", "why")
-_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,3 @@ def _spread(node: dict[str, Any], where: str, unit: str) -> float:
     if not 0.0 < spread < 1e15:
         raise InputError(f"{shown}: must be above 0")
     return spread
-
-
-def key_steps(key: str) -> list[str | int]:
-    """Names and indices of a key: ``string.sections[0].length``."""
-    return [name or int(index) for name, index in _STEP.findall(key)]

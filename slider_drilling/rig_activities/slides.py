@@ -65,7 +65,7 @@ class DrilledSlide:
 
 
 def find_slides(
-    log: LogContents, channels: SurfaceChannels, track: BitTrack, codes: Array, least: float = MIN_SLIDE
+    log: LogContents, channels: SurfaceChannels, track: BitTrack, codes: Array
 ) -> tuple[DrilledSlide, ...]:
     """The slides of a log.
 
@@ -74,20 +74,19 @@ def find_slides(
         channels: Of the log.
         track: Of the bit.
         codes: Activity of each second, index into `KINDS`, (n,).
-        least: Shortest slide, m of hole.
     """
     quiet = np.isin(codes, [KINDS.index(kind) for kind in (SLIDING, ROCKING)])
-    stretches = [part for first, last in _joined_over_stands(quiet, channels, track, codes)
+    stretches = [part for first, last in _joined_over_stands(quiet, channels, codes)
                  for part in _at_one_tool_face(first, last, channels, codes)]  # fmt: skip
     return tuple(
         _slide(log, channels, track, codes, first, last)
         for first, last in stretches
-        if track.hole[last - 1] - track.hole[first] >= least
+        if track.hole[last - 1] - track.hole[first] >= MIN_SLIDE
     )
 
 
 def _joined_over_stands(
-    quiet: Mask, channels: SurfaceChannels, track: BitTrack, codes: Array
+    quiet: Mask, channels: SurfaceChannels, codes: Array
 ) -> list[tuple[int, int]]:
     """Stretches of sliding; those with nothing but a stand on bottom between them are one."""
     joined: list[tuple[int, int]] = []

@@ -9,7 +9,7 @@ from functools import reduce
 from typing import Any
 
 from slider_drilling.rig import Rig
-from slider_drilling.rig.assumptions import key_steps
+from slider_drilling.schema.changes import key_steps
 from slider_drilling.schema.fields import number_fields, to_tree
 from slider_drilling.units import SI, Units, format_number
 

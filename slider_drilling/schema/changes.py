@@ -66,7 +66,12 @@ def _as_yaml(value: Any) -> Any:
 def _steps(path: str, source: str) -> list[str | int]:
     if not _PATH.fullmatch(path):
         raise InputError(f"{source}: {path!r}: not a key; write keys like mud.density or string.sections[0].length")
-    return [name or int(index) for name, index in _STEP.findall(path)]
+    return key_steps(path)
+
+
+def key_steps(key: str) -> list[str | int]:
+    """Names and indices of a key: ``string.sections[0].length``."""
+    return [name or int(index) for name, index in _STEP.findall(key)]
 
 
 def _below(here: Any, step: str | int, path: str, source: str) -> Any:

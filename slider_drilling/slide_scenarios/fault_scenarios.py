@@ -1,6 +1,6 @@
 """Scenarios of `closed-loop --faults`: every sensor with every kind of fault, and faults of pump, pipe and nozzles.
 
-Each is a slide of 40 minutes at 4.0 km. The controller is told of none. Where a fault can go either way and only one is
+Each is a slide of 40 minutes at 4.0 km. The controller knows of none. Where a fault can go either way and only one is
 listed, it is the one that hides load. A wrong gain is there from the start, as after a wrong calibration.
 """
 

@@ -19,7 +19,7 @@ from slider_drilling.units import quantities_in
 
 _CONTROL_HEADER = ("scenario", "well", "mean error, deg", "95 % below, deg", "within 15 deg, %", "set after, s")
 _DRILLING_HEADER = ("scenario", "peak torque, kN m", "spread of weight on bit, kN", "rate of penetration, m/h")
-_COMPARISON_HEADER = ("scenario", *(f"{key.replace('_', ' ')}, deg" for key in (UNDER_TEST, *UPPER_BOUNDS, *BASELINES)))
+_COMPARISON_HEADER = ("scenario", *(f"{plain_name(key)}, deg" for key in (UNDER_TEST, *UPPER_BOUNDS, *BASELINES)))
 _COLOURS = {UNDER_TEST: BLUE, INFORMED: PURPLE, ORACLE: GREEN, "no_rocking": GREY, "fixed_rocking": AMBER,
             "shifted_rocking": RED}  # fmt: skip
 _POINTS = 300  # per line
@@ -41,7 +41,7 @@ def closed_loop_page(rows: Sequence[dict[str, ScenarioResult]], name: str, seed:
     ))  # fmt: skip
     comparison = Section("Compared with the other contenders", (
         "Mean toolface error of each contender.",
-        BulletList(tuple(f"{key.replace('_', ' ')}: {ABOUT[key]}" for key in (*UPPER_BOUNDS, *BASELINES))),
+        BulletList(tuple(f"{plain_name(key)}: {ABOUT[key]}" for key in (*UPPER_BOUNDS, *BASELINES))),
         Table(_COMPARISON_HEADER, tuple(_comparison_row(row) for row in rows)), information_costs(rows),
     ))  # fmt: skip
     drilling = Section("Torque and drilling", (
@@ -121,7 +121,7 @@ def scenario_chart(row: dict[str, ScenarioResult]) -> Chart:
         error = error_deg(result.trace)
         # Break the line where the error wraps around.
         error[1:][np.abs(np.diff(error)) > 180.0] = np.nan
-        name, hidden = contender.replace("_", " "), contender not in (UNDER_TEST, ORACLE)
+        name, hidden = plain_name(contender), contender not in (UNDER_TEST, ORACLE)
         errors.append(Line(name, result.trace.time, error, colour=_COLOURS.get(contender, SKY), hidden=hidden))
     trace, score = row[UNDER_TEST].trace, row[UNDER_TEST].score
     p95 = score.p95_abs_error_deg if math.isfinite(score.p95_abs_error_deg) else 0.0

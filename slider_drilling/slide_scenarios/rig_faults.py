@@ -1,4 +1,4 @@
-"""Faults of a rig that the controller is not told of: sensors that lie, and faults of pump, pipe and nozzles."""
+"""Faults of a rig that no controller knows of: sensors that lie, and faults of pump, pipe and nozzles."""
 
 from __future__ import annotations
 

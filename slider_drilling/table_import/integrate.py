@@ -25,7 +25,7 @@ class Integral:
 
     Attributes:
         values: Zero at the first row, NaN in rows without a speed, (n,). It stands still in gaps.
-        error: Standard error of the largest deviation, without what happened in gaps.
+        error: Standard error at the end, without what happened in gaps.
         gaps: Number of gaps.
         in_gaps: s in all gaps.
     """

@@ -246,7 +246,7 @@ def _channels(table: _Columns, found: Recognised, has_rig: bool) -> dict[str, di
             channels["pump_speed"]["plus"] = pumps[1:]
             found.notes.append(f"pump_speed is the sum of {', '.join(pumps)}")
     _one_of_flow_and_speed(channels, found, has_rig)
-    _angle_from_speed(channels, found)
+    _angle_from_speed(channels)
     _conventions(table, channels, found)
     return {name: channels[name] for name in IMPORT_CHANNELS if name in channels}
 
@@ -276,7 +276,7 @@ def _one_of_flow_and_speed(channels: dict[str, dict[str, Any]], found: Recognise
         )
 
 
-def _angle_from_speed(channels: dict[str, dict[str, Any]], found: Recognised) -> None:
+def _angle_from_speed(channels: dict[str, dict[str, Any]]) -> None:
     if "top_drive_speed" in channels and "top_drive_angle" not in channels:
         speed = channels["top_drive_speed"]
         channels["top_drive_angle"] = {"column": speed["column"], "unit": speed["unit"], "integral": True}

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
+from slider_drilling.log.timestamps import SECOND
 from slider_drilling.schema.yaml_tree import shorten
 from slider_drilling.table_import.numbers import NULL_WORDS
 from slider_drilling.table_import.source import Table
 
 Stamps = NDArray[np.int64]
-SECOND = 1_000_000_000
 DAY = 86_400 * SECOND
 HOUR = 3_600 * SECOND
 NO_TIME = np.iinfo(np.int64).min

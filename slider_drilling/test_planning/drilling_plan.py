@@ -48,11 +48,11 @@ class PlanTestOptions:
 
     def __post_init__(self) -> None:
         if not _SHORTEST <= self.minutes <= _LONGEST:
-            raise InputError(f"--minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
+            raise InputError(f"minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
         if not self.tool_face_swing > 0.0:
-            raise InputError("--toolface-swing: must be above 0")
+            raise InputError("toolface swing: must be above 0")
         if self.evaluations < 2:
-            raise InputError(f"--programmes {self.evaluations}: compare at least 2")
+            raise InputError(f"programmes: {self.evaluations} are none to choose from; compare at least 2")
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def plan_after(
     options: PlanTestOptions,
     progress: Callable[[float], None] = lambda share: None,
 ) -> DrillingPlan:
-    """The test that tells the explanations of a diagnosis apart, and shows what its logs could not.
+    """The test that distinguishes the explanations of a diagnosis, and shows what its logs could not.
 
     Args:
         answer: The diagnosis.

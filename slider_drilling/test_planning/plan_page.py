@@ -132,7 +132,7 @@ def _shows(plan: DrillingPlan) -> tuple[Text | Table, ...]:
             for each in separations
         )  # fmt: skip
         items += [
-            "What may explain the logs so far, and how far this test is expected to tell two of them apart: the "
+            "What may explain the logs so far, and how well this test is expected to distinguish two of them: the "
             "logarithm of the likelihood ratio if one of them is true; 7 decides 1000 to 1.",
             Table(("explanation", "probability", "and", "probability", "expected log likelihood ratio"), rows),
         ]

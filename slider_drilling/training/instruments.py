@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.drillstring.drives import next_top_drive_speed
 from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array
-from slider_drilling.drillstring.sensors import quantise, wrap_angle
+from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.process.jit_cache import njit
 from slider_drilling.training.plant_rows import EXACT, copy_values
 

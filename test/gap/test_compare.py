@@ -10,7 +10,7 @@ from toy import TIME, fit_toy, toy
 
 from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     fit_exceeds_evidence_threshold,
     gap_closed,
     passes_likelihood_ratio_test,
@@ -72,7 +72,7 @@ def fit_of(cost, parameters):
 
 @pytest.mark.parametrize("added", [1, 3])
 def test_gain_by_chance_fails_the_likelihood_ratio_test(added):
-    least = chi2.ppf(1.0 - LEVEL / CANDIDATES, added)
+    least = chi2.ppf(1.0 - NAMING_LEVEL / CANDIDATES, added)
     known = fit_of(1000.0, 5)
     assert not passes_likelihood_ratio_test(known, fit_of(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
     assert passes_likelihood_ratio_test(known, fit_of(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
@@ -87,7 +87,7 @@ def test_more_parameters_need_more_gain():
 @pytest.mark.parametrize("added", [1, 3])
 def test_evidence_threshold_counts_candidates_and_parameters(added):
     """Twice the logarithm of candidates over level, and two of `-2 log p` for each parameter that was fitted to it."""
-    least = 2.0 * np.log(CANDIDATES / LEVEL) + 2.0 * added
+    least = 2.0 * np.log(CANDIDATES / NAMING_LEVEL) + 2.0 * added
     known = fit_of(1000.0, 5)
     assert not fit_exceeds_evidence_threshold(fit_of(1000.01 - least, 5 + added), known, CANDIDATES)
     assert fit_exceeds_evidence_threshold(fit_of(999.99 - least, 5 + added), known, CANDIDATES)

@@ -20,14 +20,14 @@ def effect(name: str, **kinds) -> Effect:
     return Effect(name, "contact", (amplitude,), scan=((1.0,), (2.0,), (4.0,)), **kinds)
 
 
-def begun(effects: list[Effect]) -> dict[str, Parameter]:
+def start_bounds(effects: list[Effect]) -> dict[str, Parameter]:
     model = SimpleNamespace(coupled_effects=tuple(one.name for one in effects))
     (chosen,) = coupled_effect_sets(model, effects)
     return {one.name: one.parameters[0] for one in chosen}
 
 
 def test_coupled_amplitudes_stay_physical():
-    first = begun([effect("drop", physical=(0.0, np.inf)), effect("bias"), effect("lag", physical=(0.5, 30.0))])
+    first = start_bounds([effect("drop", physical=(0.0, np.inf)), effect("bias"), effect("lag", physical=(0.5, 30.0))])
     assert (first["drop"].lower, first["drop"].upper) == (0.0, 50.0)
     assert (first["bias"].lower, first["bias"].upper) == (-50.0, 50.0)
     assert (first["lag"].lower, first["lag"].upper) == (0.0, 30.0), "neutral stays within"

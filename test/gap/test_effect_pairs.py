@@ -106,7 +106,7 @@ def test_pair_replaces_a_similar_single_effect(seed):
     answer = explain(replace(hidden(30.0, -30.0, seed), effects=THREE))
     assert (answer.verdict, set(answer.effects)) == ("effect", {"left", "right"})
     (taken,) = answer.state.steps
-    assert any(one.effect.name == "third" and one.passed for one in taken.candidates), "told of, and not in the answer"
+    assert any(one.effect.name == "third" and one.passed for one in taken.candidates), "reported, and not in the answer"
 
 
 def test_sufficient_single_effect_is_kept():

@@ -94,8 +94,8 @@ def test_detectable_size_is_mostly_named():
     model = toy({}, 1)
     knowledge = before_any_log(model, EFFECTS)
     shapes = knowledge.shapes()
-    told = planned_information(knowledge, Manoeuvre("again", {}, model), shapes)
-    sizes = {each.name: each.size for each in prospect(knowledge, told, shapes).effects}
+    information = planned_information(knowledge, Manoeuvre("again", {}, model), shapes)
+    sizes = {each.name: each.size for each in prospect(knowledge, information, shapes).effects}
     size = sizes["bend"].amplitude
     named = [explain(toy({"bend": size, "level": 1.0}, seed)).effects == ("bend",) for seed in range(8)]
     assert sum(named) >= 6
@@ -200,7 +200,8 @@ def test_what_a_fit_leaves_is_model_error():
     sizes = []
     for model in (plain, odd):
         knowledge = after_fit(model, [Explanation((), 1.0, {})])
-        told = planned_information(knowledge, Manoeuvre("again", {}, plain), knowledge.shapes())
-        found = {each.name: each.size.amplitude for each in prospect(knowledge, told, knowledge.shapes()).effects}
+        shapes = knowledge.shapes()
+        information = planned_information(knowledge, Manoeuvre("again", {}, plain), shapes)
+        found = {each.name: each.size.amplitude for each in prospect(knowledge, information, shapes).effects}
         sizes.append(found["bend"])
     assert sizes[1] > 1.5 * sizes[0]

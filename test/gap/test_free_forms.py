@@ -7,7 +7,8 @@ import numpy as np
 from toy import TIME, Toy, force, toy
 
 from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
-from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
+from slider_drilling.gap.evidence.free_forms import fit_free_forms
 from slider_drilling.gap.evidence.score import FOLDS, Folds, make_folds, score_held_out
 from slider_drilling.gap.model import FreeForm
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -50,10 +51,10 @@ def found_at(level: float):
 def test_idle_free_form_gains_nothing_at_a_bound():
     known, found = found_at(6.0)
     assert known.fit.values["level"] == 1.0
-    idle = [rival for rival in found if rival.description.startswith("still")]
+    idle = [form for form in found if form.description.startswith("still")]
     assert idle
-    for rival in idle:
-        assert rival.score.by_channel["force"] > 0.99 * known.score.by_channel["force"]
+    for form in idle:
+        assert form.score.by_channel["force"] > 0.99 * known.score.by_channel["force"]
     best = found[0]
     assert best.description.startswith("force")
     assert best.score.by_channel["force"] < 1.2
@@ -63,9 +64,9 @@ def test_nuisance_is_solved_beside_a_free_form():
     known, found = found_at(0.5)
     moved = replace(known, fit=replace(known.fit, values={"level": 0.0}, residual=known.fit.residual + shift(known)))
     idle = [
-        rival for rival in fit_free_forms(moved, make_folds(known.problem)) if rival.description.startswith("still")
+        form for form in fit_free_forms(moved, make_folds(known.problem)) if form.description.startswith("still")
     ]
-    assert all(rival.score.by_channel["force"] < 1.05 * known.score.by_channel["force"] for rival in idle)
+    assert all(form.score.by_channel["force"] < 1.05 * known.score.by_channel["force"] for form in idle)
     assert found
 
 
@@ -98,7 +99,7 @@ def test_linear_solution_equals_refits():
         problem = build_problem(Beside((run,)), [{"force": 1.0}])
         known, folds = calibrated(problem)
         before = problem.counter.count
-        (found,) = (rival for rival in fit_free_forms(known, folds, worth) if rival.description == drift)
+        (found,) = (form for form in fit_free_forms(known, folds, worth) if form.description == drift)
         return found, problem.counter.count - before
 
     (refitted, many), (solved, few) = drifting(0.0), drifting(1e6)
@@ -125,7 +126,7 @@ def test_drift_is_fitted_with_the_nuisance():
     (run,) = toy({}, 4, extra=20.0 * np.exp(0.5 * TIME / TIME[-1]) - 40.0 * TIME / TIME[-1]).runs
     known, folds = calibrated(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
     assert known.fit.values["level"] < -2.0, "it belongs at 0.5"
-    by_description = {rival.description: rival for rival in fit_free_forms(known, folds)}
+    by_description = {form.description: form for form in fit_free_forms(known, folds)}
     drift = by_description["force off by an amount that drifts with time"]
     assert drift.score.gap < 1.05
     assert by_description["force off by an amount that follows time"].score.gap > 1.15
@@ -186,7 +187,7 @@ class Stepped(Toy):
 
     def free_forms(self, values: Mapping[str, float]) -> Sequence[FreeForm]:
         sets = tuple({**values, f"step_{at}": 0.1} for at in BEGINS)
-        after = tuple(tuple(float(at >= begun) for begun in BEGINS) for at in BEGINS)
+        after = tuple(tuple(float(at >= start) for start in BEGINS) for at in BEGINS)
         return [FreeForm("contact", "force over time", (), BEGINS, "s", sets, (0.1,) * len(BEGINS), y_unit="N",
                             basis=after, lower_bound=self.least)]  # fmt: skip
 
@@ -197,7 +198,7 @@ class Stepped(Toy):
 def stepped(size: float, least: float = -np.inf) -> FreeFormFit:
     (run,) = toy({}, 4, extra=size * ((TIME >= 60.0) & (TIME < 100.0))).runs
     known, folds = calibrated(build_problem(Stepped((run,), nuisance=(), least=least), [{"force": 1.0}]))
-    (found,) = (rival for rival in fit_free_forms(known, folds) if rival.description == "force over time")
+    (found,) = (form for form in fit_free_forms(known, folds) if form.description == "force over time")
     return found
 
 

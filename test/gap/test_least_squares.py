@@ -10,7 +10,7 @@ from toy import TIME, Toy, fit_toy, toy
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search import least_squares
-from slider_drilling.gap.search.least_squares import broyden_update, fit
+from slider_drilling.gap.search.least_squares import KnownStart, broyden_update, fit
 
 PARAMETERS = (Parameter("size", 1.0, 0.1, 9.0, 0.1), Parameter("fall", 1.0, 0.1, 9.0, 0.1),
               Parameter("level", 0.0, -9.0, 9.0, 0.1))  # fmt: skip
@@ -49,8 +49,8 @@ def test_broyden_update_changes_only_along_the_step():
 
 def test_linear_step_is_predicted_fully():
     jacobian, step = np.random.default_rng(2).normal(size=(3, 20)), np.array([0.3, -1.0, 2.0])
-    after, foretold = broyden_update(jacobian, step, step @ jacobian)
-    assert foretold == pytest.approx(1.0)
+    after, predicted = broyden_update(jacobian, step, step @ jacobian)
+    assert predicted == pytest.approx(1.0)
     assert after == pytest.approx(jacobian)
 
 
@@ -69,15 +69,14 @@ def test_updated_jacobian_fits_as_well_as_new_ones(seed, monkeypatch):
 
 def test_continued_fit_simulates_nothing_again():
     problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
-    begun = fit(problem, PARAMETERS, {}, iterations=2)
+    first = fit(problem, PARAMETERS, {}, iterations=2)
     before = problem.counter.count
-    gone_on = fit(
-        problem, PARAMETERS, begun.values, iterations=1, simulated=begun.simulated, jacobian_rows=begun.reusable_rows
-    )
+    known = KnownStart(first.simulated, first.reusable_rows)
+    continued = fit(problem, PARAMETERS, first.values, iterations=1, known=known)
     with_it = problem.counter.count - before
-    anew = fit(problem, PARAMETERS, begun.values, iterations=1)
+    anew = fit(problem, PARAMETERS, first.values, iterations=1)
     assert problem.counter.count - before - with_it > with_it
-    assert gone_on.cost <= begun.cost and anew.cost <= begun.cost
+    assert continued.cost <= first.cost and anew.cost <= first.cost
 
 
 def test_linear_fit_is_least_squares():

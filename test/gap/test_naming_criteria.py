@@ -13,8 +13,8 @@ from toy import EFFECTS, TIME, fit_toy, toy
 
 from slider_drilling.gap import criteria_table
 from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
-from slider_drilling.gap.evidence.compare import LEVEL, gap_closed, predicts_better
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.compare import NAMING_LEVEL, gap_closed, predicts_better
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.problem.problem import build_problem
@@ -68,7 +68,7 @@ def form(score: HeldOutScore, site: str = "string", like: tuple[str, ...] = ()) 
 
 def least_certain_gain(forms: int = 1) -> float:
     """Gain per sample whose lower bound is zero, beside `NOISE` (resamples are as long as the log)."""
-    return -float(np.quantile(BOOTSTRAP.resampled_sum(NOISE), LEVEL / forms)) / TIME.size
+    return -float(np.quantile(BOOTSTRAP.resampled_sum(NOISE), NAMING_LEVEL / forms)) / TIME.size
 
 
 def least_certain_reduction() -> float:
@@ -83,14 +83,14 @@ def predicts(times: float) -> Evidence:
 
 
 def is_evident(times: float) -> Evidence:
-    gain = times * 2.0 * np.log(CANDIDATES / LEVEL)
+    gain = times * 2.0 * np.log(CANDIDATES / NAMING_LEVEL)
     without = model(scored(1.0, 2.0), 1000.0)
     fitted = model(scored(1.0, 2.0 - gain / TIME.size), 1000.0 - gain - 2.0, 3, (SINE,))
     return evidence(without, fitted, CANDIDATES, adequate=True)
 
 
 def is_likelier(times: float) -> Evidence:
-    gain = times * chi2.ppf(1.0 - LEVEL / CANDIDATES, 1)
+    gain = times * chi2.ppf(1.0 - NAMING_LEVEL / CANDIDATES, 1)
     fitted = model(scored(), 1000.0 - gain, 3, (SINE,))
     return evidence(model(scored(), 1000.0), fitted, CANDIDATES)
 
@@ -214,7 +214,7 @@ def calibrates_to(times: float) -> Evidence:
 
 
 def is_needed(times: float) -> Evidence:
-    gain = times * chi2.ppf(1.0 - LEVEL, 1)
+    gain = times * chi2.ppf(1.0 - NAMING_LEVEL, 1)
     return evidence(model(scored(3.0), 1000.0), model(scored(2.0), 1000.0 - gain, 3))
 
 
@@ -223,14 +223,14 @@ def ends_the_gap(times: float) -> Evidence:
 
 
 def beats_no_named_effect(times: float) -> Evidence:
-    rival = form(scored(3.0, 2.0 - least_certain_gain() / times - NOISE), site="contact")
-    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+    alternative = form(scored(3.0, 2.0 - least_certain_gain() / times - NOISE), site="contact")
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[alternative])
 
 
 def is_no_likelier_elsewhere(times: float) -> Evidence:
-    gain = chi2.ppf(1.0 - LEVEL, 1) / times
-    rival = form(scored(2.9, np.where(TIME < 6.0, 2.0 - gain / np.sum(TIME < 6.0), 2.0)))
-    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+    gain = chi2.ppf(1.0 - NAMING_LEVEL, 1) / times
+    alternative = form(scored(2.9, np.where(TIME < 6.0, 2.0 - gain / np.sum(TIME < 6.0), 2.0)))
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[alternative])
 
 
 # By name of a criterion: evidence at so many times its threshold.

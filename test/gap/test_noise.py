@@ -95,8 +95,8 @@ def test_too_few_undeclared_samples_are_refused():
 def test_whiteness_test_holds_its_level():
     generator = np.random.default_rng(8)
     noise = generator.normal(size=(400, 500))
-    told = sum(is_white(row) is False for row in noise)
-    assert binom.ppf(0.001, 400, 0.01) <= told <= binom.ppf(0.999, 400, 0.01)
+    rejected = sum(is_white(row) is False for row in noise)
+    assert binom.ppf(0.001, 400, 0.01) <= rejected <= binom.ppf(0.999, 400, 0.01)
     assert is_white(noise[0] + np.sin(np.arange(500.0) / 30.0)) is False
     assert is_white(noise[0, :50]) is None
 

@@ -95,5 +95,5 @@ def test_diagnosis_is_independent_of_threads(monkeypatch):
     for threads in (1, 2, 7):
         monkeypatch.setattr(module, "available_threads", lambda threads=threads: threads)
         answers.append(explain(toy({"level": 2.0, "slope": -1.5, "saw": 4.0}, 7)))
-    told = [(one.effects, one.closed, one.closed_interval, one.parameters) for one in answers]
-    assert told[0] == told[1] == told[2]
+    results = [(one.effects, one.closed, one.closed_interval, one.parameters) for one in answers]
+    assert results[0] == results[1] == results[2]

@@ -57,8 +57,8 @@ def test_race_ends_where_exhaustive_search_does():
     base = fit(problem, parameters_of(problem, ()), {})
     costs = {}
     for effect in EFFECTS:
-        begun = [base.values | effect.values(point) for point in effect.scan]
-        ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in begun]
+        starts = [base.values | effect.values(point) for point in effect.scan]
+        ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in starts]
         costs[effect.name] = min(end.cost for end in ends)
     arms = [
         Arm((c.effect,), 0, start, base) for c in screen(scan_effects(problem, base, EFFECTS)) for start in c.starts
@@ -72,6 +72,6 @@ def test_nonphysical_arms_take_no_finalist_place():
     signed = [replace(effect, physical=(0.0, np.inf)) for effect in EFFECTS]
     wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
     right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
-    judged = [arms[0] for arms in finalists([*wrong, *right])]
-    assert sum(arm.physical for arm in judged) == FINALISTS
-    assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]
+    leaders = [arms[0] for arms in finalists([*wrong, *right])]
+    assert sum(arm.physical for arm in leaders) == FINALISTS
+    assert [arm.names for arm in leaders if not arm.physical] == [(signed[0].name,)]

@@ -57,12 +57,12 @@ def test_noise_factor_grows_with_unpredictability():
 
 
 def test_only_the_unpredictable_channel_gets_higher_floor():
-    floors = begun(turning(300.0)).floors
+    floors = calibrated_state(turning(300.0)).floors
     assert floors[0]["angle"].method == "replicates" and floors[0]["angle"].sigma > 3.0
     assert floors[0]["force"].sigma == pytest.approx(1.0, rel=0.2)
 
 
-def begun(model):
+def calibrated_state(model):
     floors = noise_floors(model.runs)
     return calibrate(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
 

@@ -104,8 +104,8 @@ def test_likelier_free_form_elsewhere_withdraws_effect(by, named):
     state = explain(rubbed({"sine": 4.0}, shape="sine")).state
     (taken,) = state.steps
     current = replace(state.current, score=worse(state.current.score, by, 1.02))
-    judged = (replace(taken.candidates[0], fitted=current),)
-    decided = reach_verdict(replace(state, current=current, steps=(replace(taken, candidates=judged),)))
+    refitted = (replace(taken.candidates[0], fitted=current),)
+    decided = reach_verdict(replace(state, current=current, steps=(replace(taken, candidates=refitted),)))
     assert decided.effects == named
     assert decided.site == ("contact" if named else "string")
     assert decided.alternative is not None and decided.alternative.site == "string"
@@ -155,11 +155,11 @@ def test_periodic_curve_closes_around_its_mean():
         def free_forms(self, values: Mapping[str, float]) -> list[FreeForm]:
             return [around]
 
-    rival = explain(Around(made.runs)).alternative
-    assert rival is not None
-    np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
-    assert rival.y[0] == rival.y[2]
-    assert abs(rival.y[0] + rival.y[1]) < 1e-9
+    alternative = explain(Around(made.runs)).alternative
+    assert alternative is not None
+    np.testing.assert_allclose(alternative.x, [0.0, 1.0, 2.0])
+    assert alternative.y[0] == alternative.y[2]
+    assert abs(alternative.y[0] + alternative.y[1]) < 1e-9
 
 
 # A sine law whose cause is not quite its own: it leaves a bend, which a law of the catalogue has.

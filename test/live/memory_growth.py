@@ -38,11 +38,11 @@ def main(minutes: float, speed: str) -> int:
         tools = page.context.new_cdp_session(page)
         rows, end = [], time.monotonic() + 60.0 * minutes
         print("minute  server MB  browser MB  script MB  elements  server % of a core  frames", flush=True)
-        begun, used = time.monotonic(), _server(server)[1]
+        started, used = time.monotonic(), _server(server)[1]
         while time.monotonic() < end:
             page.wait_for_timeout(1e3 * EVERY)
             held, spent = _server(server)
-            gone, begun = time.monotonic() - begun, time.monotonic()
+            gone, started = time.monotonic() - started, time.monotonic()
             script, elements = _script(tools)
             frames = page.locator(".sd-instruments").get_attribute("data-frames")
             rows.append((held, _browser(), script, float(elements)))

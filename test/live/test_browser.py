@@ -208,7 +208,7 @@ def test_page_without_a_server_says_so(open_page: Callable[..., Any], slide: sub
     try:
         page.wait_for_function("document.body.classList.contains('sd-server-lost')", timeout=60_000)
         banner = page.evaluate("document.body.dataset.silence")
-        assert re.fullmatch(r"no word from the page's server since \d+ s", banner)
+        assert re.fullmatch(r"no data from the page's server for \d+ s", banner)
     finally:
         slide.send_signal(signal.SIGCONT)
     page.wait_for_function("!document.body.classList.contains('sd-server-lost')", timeout=60_000)
@@ -232,7 +232,7 @@ def test_dead_rig_looks_dead(
     for name in (".sd-figures", ".sd-instruments"):
         assert page.evaluate(faded, name), f"{name}: numbers of a dead rig look alive"
     texts = page.locator("[data-name=statuses] .sd-status").all_inner_texts()
-    assert texts and all(re.search(r"no word since \d+ s", text) for text in texts)
+    assert texts and all(re.search(r"no status for \d+ s", text) for text in texts)
     assert re.search(r"\d+ s \(no sample since \d+ s\)", page.locator("[data-name=facts]").inner_text())
     page.locator("[data-name=facts].sd-lost").wait_for()
     page.screenshot(path=repository / "build" / "screenshots" / "live_dead.png", full_page=True)

@@ -116,7 +116,7 @@ def test_status_ages_by_its_own_period(period: float) -> None:
     assert state.status_value("clock", "speed") == 1.0
     level, freshness, message = shown_after(12.0)
     assert (level, freshness) == (Level.ERROR, Freshness.LOST)
-    assert message == f"no word since {12.0 * period:.0f} s; last: keeps real time"
+    assert message == f"no status for {12.0 * period:.0f} s; last: keeps real time"
     assert state.status_value("clock", "speed") is None
     state.update_statuses([Status(Level.OK, "rig: clock", "keeps real time")])
     assert state.statuses()[0].freshness is Freshness.FRESH

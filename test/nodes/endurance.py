@@ -47,12 +47,12 @@ def ended(node: NodeProcess) -> None:
 
 def awaited(has_happened: Callable[[], bool], what: str) -> float:
     """Seconds until it has. Raises RuntimeError where it never does."""
-    begun = time.monotonic()
+    started = time.monotonic()
     while not has_happened():
-        if time.monotonic() - begun > DEADLINE:
+        if time.monotonic() - started > DEADLINE:
             raise RuntimeError(f"waited {DEADLINE:g} s for {what}")
         time.sleep(0.002)
-    return time.monotonic() - begun
+    return time.monotonic() - started
 
 
 def send(space: str, rate: float, seconds: float) -> None:
@@ -68,8 +68,8 @@ def send(space: str, rate: float, seconds: float) -> None:
     node = Node("sender", namespace=space)
     out = [raw_topics.publisher(node, Topic(f"load/t{k:02}", JOINT_STATE, "load")) for k in range(TOPICS)]
     awaited(lambda: all(one.get_subscription_count() for one in out), "the recorder")
-    begun, sent = time.monotonic(), 0
-    while (passed := time.monotonic() - begun) < seconds:
+    started, sent = time.monotonic(), 0
+    while (passed := time.monotonic() - started) < seconds:
         for _ in range(int(passed * rate) - sent):
             out[sent % TOPICS].publish(cdr.encode_joint_state(time.time_ns(), "load", float(sent)))
             sent += 1

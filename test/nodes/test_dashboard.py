@@ -71,7 +71,7 @@ def test_page_shows_graph_and_changes_it(graph: list[Node]) -> None:
     state, requests = board.state, board.requests
     notices = state.notices_after
 
-    def told(text: str) -> Callable[[], bool]:
+    def notice(text: str) -> Callable[[], bool]:
         return lambda: any(text in one.text for one in notices(0))
 
     turn(
@@ -91,11 +91,12 @@ def test_page_shows_graph_and_changes_it(graph: list[Node]) -> None:
     requests.put(SetTarget(-1.0))
     requests.put(SetParameter("rocking_controller", "gain", 1.5))
     requests.put(SetParameter("rocking_controller", "gain", 99.0))
-    turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"), lambda: state.target == -1.0)
+    expected = notice("target -57.3 deg"), notice("gain = 1.5"), notice("gain = 99: refused")
+    turn(graph, *expected, lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
     requests.put(SetRocking(False))
-    turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
+    turn(graph, notice("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
     requests.put(SetRocking(True))
     turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
     assert all(math.isfinite(one.value) for one in state.parameters())

@@ -52,12 +52,12 @@ def test_command_stamped_ahead_does_not_block_controller(speed, start, listener)
     )
     typed.publish(cdr.encode_joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
     listener.until_status(COMMANDS, ERROR, "ahead of the rig: that is the wall's clock; set use_sim_time on its node")
-    told = listener.time
+    lost_at = listener.time
     if speed:  # in real time it is the machine's affair whether every sample is answered in time
         listener.until(lambda: listener.statuses[COMMANDS].level < bytes([ERROR]), "the next good command is taken")
     else:
         listener.until_status(COMMANDS, OK, "every sample is answered")
-    listener.until_time(told + 5.0)
+    listener.until_time(lost_at + 5.0)
     assert all(abs(position) < 45.0 for _, position, *_ in listener.heard["top_drive"]), (
         "the refused angle was not used"
     )
@@ -114,9 +114,9 @@ def test_target_is_taken_with_any_stamp(stamp, start, listener):
     listener.until(lambda: any(stamp >= 1.0 for stamp, *_ in listener.heard["tool_face_target"]), "own targets")
     at = 0 if stamp == "zero" else round(listener.heard["tool_face_target"][-1][0] * 1e9)
     typed.publish(cdr.encode_joint_state(at, "tool_face", -1.5))
-    begun = listener.time
+    started = listener.time
     listener.until(
-        lambda: any(stamp > begun and target == -1.5 for stamp, target, *_ in listener.heard["tool_face_target"])
+        lambda: any(stamp > started and target == -1.5 for stamp, target, *_ in listener.heard["tool_face_target"])
     )
 
 

@@ -51,8 +51,8 @@ def test_run_aborted_by_a_limit_exits_with_1(programme, repository, alone):
     environment = os.environ | {"PYTHONPATH": str(repository)}
     done = subprocess.run(run, env=environment, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 1, done.stderr
-    told = json.loads(done.stdout)["programme"]
-    assert told["state"] == "aborted" and "torque to the right would reach" in told["reason"]
+    ended = json.loads(done.stdout)["programme"]
+    assert ended["state"] == "aborted" and "torque to the right would reach" in ended["reason"]
 
 
 def test_service_aborts_the_programme(programme, make):

@@ -9,7 +9,7 @@ from slider_drilling.log import read_log
 
 @pytest.fixture
 def recorded(start, tmp_path):
-    """The log of a simulator that ended after its duration, and of others that ended when told."""
+    """The log of a simulator that ended after its duration, and of others that ended at a signal."""
     recorder = start("recorder", new_interpreter=True, directory=tmp_path, file="run.mcap", use_sim_time=True)
     controller = start("rocking_controller", new_interpreter=True, use_sim_time=True)
     simulator = start("friction_simulator", new_interpreter=True, duration=20.0, elements=20, minimum_subscribers=2)

@@ -151,8 +151,8 @@ def test_best_effort_sensors_are_received(override, start, listener, namespace):
     listener.until(is_answered, "an answer")
     controller.process.send_signal(signal.SIGINT)
     assert controller.end() == 0
-    told = "top_drive/joint_states: the publisher is best-effort"
-    assert (told in controller.output) != override, controller.output
+    warning = "top_drive/joint_states: the publisher is best-effort"
+    assert (warning in controller.output) != override, controller.output
 
 
 def test_bad_qos_override_is_one_line(start, namespace):

@@ -183,7 +183,7 @@ cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=ac
 
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("when", ["in code that was made", "while its log is begun"])
+@pytest.mark.parametrize("when", ["in code that was made", "while its log is opened"])
 def test_interrupted_start_leaves_no_log(number, when, environment, tmp_path):
     (tmp_path / "starting.py").write_text(STARTING.replace("{number}", number))
     done = subprocess.run(

@@ -26,7 +26,7 @@ from slider_drilling.messages.topics import GAP_DIAGNOSIS, TWIN_TOPICS
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
-from slider_drilling.nodes.twin_word import NOT_COMPARED
+from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.rig import dump_rig, parse_rig
 from slider_drilling.twin import Detection
 

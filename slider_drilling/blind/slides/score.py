@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slider_drilling.blind.slides.beginnings import NOTHING, SIX_CASES
+from slider_drilling.blind.slides.beginnings import NOTHING
 from slider_drilling.blind.slides.label import SlideLabel
 from slider_drilling.blind.slides.watched import NAMED_WITHIN_S, TwinAnswer, WatchedDetection, WatchedSlide
 
@@ -58,11 +58,6 @@ class ScoredSlide:
     verdict: str
     cpu_share: float
     memory: int
-
-    @property
-    def one_of_six(self) -> bool:
-        """Whether it is one of the cases of fixed size."""
-        return self.case in SIX_CASES
 
 
 def score_slide(label: SlideLabel, watched: WatchedSlide) -> ScoredSlide:

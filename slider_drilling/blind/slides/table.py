@@ -13,7 +13,6 @@ from slider_drilling.blind.slides.score import ONSET_TOLERANCE_S, ScoredSlide
 from slider_drilling.blind.slides.watched import NAMED_WITHIN_S, WatchedSlide
 from slider_drilling.blind.totals import proportion
 
-_DAY_S = 86400.0
 _LEVEL = 0.95
 
 

@@ -14,6 +14,8 @@ from slider_drilling.control.interlocks.drive_following import DriveFollowing
 from slider_drilling.control.interlocks.motor_stall import StallGuard, StallState
 from slider_drilling.control.interlocks.torque_prediction import Stroke, TorquePredictor
 
+MIN_RATE = 5.0        # Hz of the surface channels; at 3 Hz the toolface error doubles, at 2 Hz nothing is drilled
+MIN_FLOW_SHARE = 0.3  # of the reference flow, below which the motor is not driven and nothing is lowered
 HOLD_AFTER = 1.0      # s without a channel: stop lowering, hold the centre
 STOP_AFTER = 10.0     # s without it: stop rocking
 RESUME_AFTER = 3.0    # s of good data before lowering again

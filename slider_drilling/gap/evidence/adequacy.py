@@ -21,9 +21,9 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.search.screen import scan_changes
 
-LEVEL = 0.01
+ADEQUACY_LEVEL = 0.01
 # -2 log p that two free numbers (size and memory of a discrepancy) gain on white noise at that level.
-_TWO_PARAMETER_GAIN = float(chi2.isf(LEVEL, 2))
+_TWO_PARAMETER_GAIN = float(chi2.isf(ADEQUACY_LEVEL, 2))
 # E^2 - 1 that no engineer would act upon, of all channels as of one. Other codes for the same equations, and coloured
 # noise, differ by as much.
 NEGLIGIBLE = 0.5
@@ -37,7 +37,7 @@ class Adequacy:
 
     Attributes:
         threshold: E up to which nothing counts as a gap: that the model leaves on its own replicates, exceeded at
-            `LEVEL`, or a negligible E.
+            `ADEQUACY_LEVEL`, or a negligible E.
         channel_thresholds: The same for each channel.
         channels_above: Channels above theirs.
         channels_structured: Channels whose gap is not negligible and that hold more structure than replicates do.
@@ -96,7 +96,7 @@ def adequacy_of_fit(
     structured = _structured_channels(problem, found, residuals, score, least)
     above = tuple(name for name, value in score.by_channel.items() if value > thresholds[name])
     whole = np.array([np.mean(squares) for squares in replicate_squares])
-    threshold = max(_upper_bound(whole, LEVEL), negligible_gap)
+    threshold = max(_upper_bound(whole, ADEQUACY_LEVEL), negligible_gap)
     within, negligible = score.gap <= threshold and not above, score.gap <= negligible_gap
     looked_for = bool(effects) and within and negligible and not structured
     visible = looked_for and _effect_is_visible(problem, found, residuals, effects, known)
@@ -126,7 +126,7 @@ def _channel_thresholds(
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in replicate_squares])
-        thresholds[name] = max(_upper_bound(draws, LEVEL / len(names)), least[name])
+        thresholds[name] = max(_upper_bound(draws, ADEQUACY_LEVEL / len(names)), least[name])
     return thresholds
 
 
@@ -138,7 +138,7 @@ def _structured_channels(
     limits = {}
     for index in draws[0]:
         values = np.array([draw[index] for draw in draws]) + _TWO_PARAMETER_GAIN
-        limits[index] = _upper_bound(values, LEVEL / len(draws[0])) ** 2 - _TWO_PARAMETER_GAIN
+        limits[index] = _upper_bound(values, ADEQUACY_LEVEL / len(draws[0])) ** 2 - _TWO_PARAMETER_GAIN
     structured = {
         problem.pieces[index].name for index, gain in problem.structure(found.residual).items() if gain > limits[index]
     }  # fmt: skip
@@ -167,7 +167,7 @@ def _effect_is_visible(
         return float(np.max((rows @ white) ** 2, initial=0.0))
 
     draws = np.array([largest_gain(residual) for residual in residuals])
-    limit = _upper_bound(draws + _TWO_PARAMETER_GAIN, LEVEL) ** 2 - _TWO_PARAMETER_GAIN
+    limit = _upper_bound(draws + _TWO_PARAMETER_GAIN, ADEQUACY_LEVEL) ** 2 - _TWO_PARAMETER_GAIN
     return largest_gain(found.residual) > limit
 
 

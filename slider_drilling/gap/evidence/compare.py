@@ -1,6 +1,6 @@
 """Comparisons of two fits: paired differences of held-out scores over blocks of time, and likelihood ratios.
 
-Every comparison of two models in the engine is one of these. `LEVEL` is shared among all candidates of a step
+Every comparison of two models in the engine is one of these. `NAMING_LEVEL` is shared among all candidates of a step
 (Bonferroni), since the best of many wins by chance more often than one alone.
 """
 
@@ -15,7 +15,7 @@ from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.search.least_squares import Fit
 
-LEVEL = 0.05
+NAMING_LEVEL = 0.05
 # Difference of -2 log p that two fits of the same model may show by rounding.
 _ROUNDING = 1e-6
 
@@ -35,9 +35,9 @@ def predicts_better(bootstrap: BlockBootstrap, better: HeldOutScore, worse: Held
         candidates: Number of candidates that share the level (Bonferroni).
 
     Returns:
-        True if the lower bound of the gain, at ``LEVEL / candidates``, is above zero.
+        True if the lower bound of the gain, at ``NAMING_LEVEL / candidates``, is above zero.
     """
-    return float(np.quantile(held_out_gain(bootstrap, better, worse), LEVEL / candidates)) > _ROUNDING
+    return float(np.quantile(held_out_gain(bootstrap, better, worse), NAMING_LEVEL / candidates)) > _ROUNDING
 
 
 def predicts_better_among(
@@ -56,11 +56,11 @@ def predicts_better_among(
 
 
 def evidence_threshold(candidates: int) -> float:
-    """``2 log(candidates / LEVEL)``: a likelihood ratio above it rejects at ``LEVEL``, shared among the candidates.
+    """``2 log(candidates / NAMING_LEVEL)``: a likelihood ratio above it rejects at the shared level.
 
     By Markov's inequality, for any model (Wasserman, Ramdas and Balakrishnan, PNAS 117, 2020).
     """
-    return 2.0 * float(np.log(candidates / LEVEL))
+    return 2.0 * float(np.log(candidates / NAMING_LEVEL))
 
 
 def exceeds_evidence_threshold(better: HeldOutScore, worse: HeldOutScore, candidates: int) -> bool:
@@ -78,7 +78,7 @@ def fit_exceeds_evidence_threshold(candidate: Fit, current: Fit, candidates: int
     return current.cost - candidate.cost - 2.0 * added > evidence_threshold(candidates)
 
 
-def chi2_critical(added: int, candidates: int = 1, level: float = LEVEL) -> float:
+def chi2_critical(added: int, candidates: int = 1, level: float = NAMING_LEVEL) -> float:
     """Gain of ``-2 log p`` that ``added`` free parameters exceed on noise alone at ``level / candidates`` (Wilks)."""
     return float(chi2.ppf(1.0 - level / candidates, max(added, 1)))
 
@@ -155,5 +155,5 @@ def _interval(drawn: Array, blocks: int) -> tuple[float, float]:
     drawn, blocks = drawn[np.isfinite(drawn)], max(blocks, 2)
     if not drawn.size:
         return float("nan"), float("nan")
-    wider = np.sqrt((blocks + 1.0) / (blocks - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, blocks - 1)
+    wider = np.sqrt((blocks + 1.0) / (blocks - 1.0)) * student.ppf(1.0 - 0.5 * NAMING_LEVEL, blocks - 1)
     return float(np.quantile(drawn, norm.cdf(-wider))), float(np.quantile(drawn, norm.cdf(wider)))

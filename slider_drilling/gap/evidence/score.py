@@ -11,7 +11,7 @@ from slider_drilling.gap.model import Array, Parameter
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.problem.step_loss import step_loss
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.process.parallel_map import parallel_map
 
 # Stretches of a run that are held out in turn.
@@ -94,10 +94,8 @@ def score_held_out(problem: Problem, whole: Fit, folds: Folds) -> HeldOutScore:
 
     def refit_without(fold: int) -> Fit:
         weights = (folds.fold != fold).astype(float)
-        return fit(
-            problem, freed, whole.values, iterations=1, sample_weights=weights, simulated=whole.simulated,
-            jacobian_rows=rows,
-        )  # fmt: skip
+        known = KnownStart(whole.simulated, rows)
+        return fit(problem, freed, whole.values, iterations=1, sample_weights=weights, known=known)
 
     residual = np.empty(problem.size)
     missing = 0
@@ -117,7 +115,7 @@ def score_left_out_runs(problem: Problem, whole: Fit) -> HeldOutScore:
 
     def residual_of(run: int) -> Array:
         others = problem.restricted_to([other for other in runs if other != run])
-        refit = fit(others, freed, whole.values, simulated=whole.simulated, jacobian_rows=rows)
+        refit = fit(others, freed, whole.values, known=KnownStart(whole.simulated, rows))
         return problem.restricted_to([run]).residuals([refit.values])[0]
 
     return score_residual(problem, np.sum(parallel_map(residual_of, runs), axis=0), whole)

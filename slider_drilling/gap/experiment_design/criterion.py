@@ -1,4 +1,4 @@
-"""Expected information of a run: detectable size of every effect, and how far rival explanations differ under it."""
+"""Expected information of a run: detectable size of every effect, and how far the explanations differ under it."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from slider_drilling.gap.problem.problem import build_problem
 NEXT_RUN = "next"
 # Largest ratio of a detectable size to the size that matters that still counts.
 _WORST_RATIO = 100.0
-# Weight of rival explanations against that of effects that have not shown.
-_RIVALS = 2.0
+# Weight of alternative explanations against that of effects that have not shown.
+_ALTERNATIVES = 2.0
 
 
 @dataclass(frozen=True)
@@ -147,4 +147,4 @@ def _loss(effects: Sequence[EffectPower], separations: Sequence[Separation], can
     hidden = float(np.mean(np.square(ratios))) if ratios else 0.0
     enough = 0.5 * noncentrality_needed(1, candidates)
     confused = sum(each.weight * max(1.0 - each.log_likelihood_ratio / enough, 0.0) for each in separations)
-    return hidden + _RIVALS * confused
+    return hidden + _ALTERNATIVES * confused

@@ -1,9 +1,9 @@
 """Information of one run about a model: inner products of whitened sensitivities, which add up over runs.
 
 The Fisher information of parameters in a run is the Gram matrix of their whitened sensitivities. Beside them stand the
-changes that effects and rival explanations make. Whether an effect shows while everything else stays free follows from
-the Schur complement of the free parameters (Ds-optimality; Atkinson, Donev and Tobias, Optimum Experimental Designs,
-2007, section 10.3).
+changes that effects and alternative explanations make. Whether an effect shows while everything else stays free follows
+from the Schur complement of the free parameters (Ds-optimality; Atkinson, Donev and Tobias, Optimum Experimental
+Designs, 2007, section 10.3).
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def step_path(residual: Array, bound: Array) -> Array:
         residual: (n,) r.
         bound: (n,) above zero.
     """
-    # Without bounds u_k is the sum of all residuals from k on. If all lie within the bounds, no step pays.
+    # Without bounds u_k is the sum of all residuals from k on. If all lie within the bounds, no step lowers the cost.
     dual = np.cumsum(residual[::-1])[::-1].copy()
     if np.all(np.abs(dual) <= bound):
         return np.zeros_like(residual)
@@ -67,9 +67,9 @@ def step_path(residual: Array, bound: Array) -> Array:
     held = np.where(np.abs(dual) > bound, np.sign(dual), 0.0)
     for _ in range(_MAX_ACTIVE_SETS):
         dual = _solve(slope, held, bound)
-        pull = slope - _normal(dual)
+        gradient = slope - _normal(dual)
         beyond = np.where(np.abs(dual) > bound, np.sign(dual), 0.0)
-        now = np.where(held == 0.0, beyond, np.where(pull * held > 0.0, held, 0.0))
+        now = np.where(held == 0.0, beyond, np.where(gradient * held > 0.0, held, 0.0))
         if np.array_equal(now, held):
             break
         held = now

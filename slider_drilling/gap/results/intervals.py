@@ -7,7 +7,7 @@ import numpy as np
 from slider_drilling.gap.model import Array, HasConditionalNuisance, HasUserParameters, Parameter
 from slider_drilling.gap.problem.model_error import model_error_covariance
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, fit, prior_weights
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, prior_weights
 
 TWO_SIDED_95, ONE_SIDED_95 = 1.96, 1.645
 """Standard deviations to either end of an interval that holds 95 %, or that leaves out 5 % at one end."""
@@ -63,7 +63,7 @@ def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tup
     unfitted = [each for effect in conditional for each in effect.parameters if each.name not in freed]
     parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
     known = set(user_values(problem, found.values))
-    again = fit(problem, parameters, found.values, iterations=0, simulated=found.simulated)
+    again = fit(problem, parameters, found.values, iterations=0, known=KnownStart(found.simulated))
     intervals = parameter_intervals(problem, again, SPREAD_OF_ANSWERS * TWO_SIDED_95)
     return {name: interval for name, interval in intervals.items() if name in known}
 

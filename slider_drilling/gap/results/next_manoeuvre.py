@@ -11,6 +11,7 @@ from slider_drilling.gap.experiment_design.plan import TestPlan, plan_run
 from slider_drilling.gap.model import Effect, HasProgrammes, Manoeuvre, Model
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.state import SearchState
+from slider_drilling.plain_names import plain_name
 
 # Programmes that are compared: a full plan compares more (`plan-test`).
 _EVALUATIONS = 24
@@ -23,7 +24,7 @@ class RecommendedManoeuvre:
     Attributes:
         reason: What the logs so far leave open, in words.
         manoeuvre: What to do.
-        separates: Names of the two explanations that it tells apart best by their weight; empty where it looks for
+        separates: Names of the two explanations that it distinguishes best by their weight; empty where it looks for
             effects that have not shown.
         log_likelihood_ratio: Expected between these two under it, 0 without two.
         detectable: By effect that may still show, the smallest size that is named in 9 of 10 cases: after the logs so
@@ -83,7 +84,7 @@ def recommend_first_run(model: Model, reason: str, seed: int = 0) -> Recommended
 def recommendation(plan: TestPlan, reason: str) -> RecommendedManoeuvre:
     """A plan as it is reported."""
     found = plan.planned.prospect
-    pair = _most_told_apart(found.separations)
+    pair = _best_separated(found.separations)
     before, after = (_sizes(prospect) for prospect in (plan.baseline, found))
     return RecommendedManoeuvre(
         reason, plan.planned.manoeuvre, () if pair is None else (pair.first, pair.second),
@@ -105,8 +106,8 @@ def what_is_open(state: SearchState, verdict: str, has_alternative: bool) -> str
     if verdict == "unknown":
         return "no known effect explains the gap"
     if grouped:
-        others = ", ".join(state.indistinguishable[grouped[0]])
-        return f"{grouped[0]} cannot be distinguished from {others}"
+        others = ", ".join(plain_name(name) for name in state.indistinguishable[grouped[0]])
+        return f"{plain_name(grouped[0])} cannot be distinguished from {others}"
     if verdict == "effect_and_unknown":
         return "something remains beside the named effects"
     if has_alternative:
@@ -114,15 +115,16 @@ def what_is_open(state: SearchState, verdict: str, has_alternative: bool) -> str
     far = outside_prior(state.current)
     if far:
         parameter, value, deviations = far[0]
-        return f"{parameter.name} is calibrated to {value:.3g}, {deviations:.1f} standard deviations from the file"
+        name = plain_name(parameter.name)
+        return f"{name} is calibrated to {value:.3g}, {deviations:.1f} standard deviations from the file"
     last = {each.effect.name: each for step in state.steps for each in step.candidates}
-    suspected = [name for name, each in last.items() if each.too_small and name not in named]
+    suspected = [plain_name(name) for name, each in last.items() if each.too_small and name not in named]
     if suspected:
         return f"{', '.join(suspected)} suspected: the evidence is there, but the size is not"
     return ""
 
 
-def _most_told_apart(separations: Sequence[Separation]) -> Separation | None:
+def _best_separated(separations: Sequence[Separation]) -> Separation | None:
     return max(separations, key=lambda each: each.weight * each.log_likelihood_ratio, default=None)
 
 

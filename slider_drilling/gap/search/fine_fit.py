@@ -11,7 +11,7 @@ from dataclasses import replace
 from slider_drilling.gap.evidence.compare import chi2_critical
 from slider_drilling.gap.model import HasFidelities, Model
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, min_gain_to_catch_up
 
 
 def refit_with_correction(problem: Problem, start: Fit) -> tuple[Problem, Fit]:
@@ -22,7 +22,8 @@ def refit_with_correction(problem: Problem, start: Fit) -> tuple[Problem, Fit]:
     """
     fidelity = fit_fidelity(problem.model)
     corrected = problem.corrected_at(start.values, fidelity) if fidelity > problem.options.fidelity else problem
-    return corrected, fit(corrected, start.parameters, start.values, jacobian_rows=start.reusable_rows)
+    known = KnownStart(jacobian_rows=start.reusable_rows)
+    return corrected, fit(corrected, start.parameters, start.values, known=known)
 
 
 def refit_in_fine_simulation(corrected: Problem, start: Fit, leader: float | None = None) -> tuple[Problem, Fit]:
@@ -43,12 +44,10 @@ def refit_in_fine_simulation(corrected: Problem, start: Fit, leader: float | Non
     if fidelity <= corrected.options.fidelity:
         return corrected, start
     exact = corrected.with_options(replace(corrected.options, fidelity=fidelity))
-    here = fit(exact, start.parameters, start.values, iterations=0, jacobian_rows=start.jacobian_rows)
+    here = fit(exact, start.parameters, start.values, iterations=0, known=KnownStart(jacobian_rows=start.jacobian_rows))
     least_gain = max(chi2_critical(1), min_gain_to_catch_up(here.cost - leader) if leader is not None else 0.0)
-    fine = fit(
-        exact, start.parameters, start.values, tolerance=least_gain, simulated=here.simulated,
-        jacobian_rows=start.jacobian_rows, trust_rows=leader is not None,
-    )  # fmt: skip
+    known = KnownStart(here.simulated, start.jacobian_rows, trust_rows=leader is not None)
+    fine = fit(exact, start.parameters, start.values, tolerance=least_gain, known=known)
     return corrected.corrected_at(fine.values, fidelity, fine.simulated), fine
 
 

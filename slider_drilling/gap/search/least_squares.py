@@ -8,8 +8,7 @@ point (profile likelihood): a channel that the model cannot follow yet loses wei
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -69,6 +68,24 @@ class Fit:
         return {} if self.jacobian_stale else self.jacobian_rows
 
 
+@dataclass(frozen=True)
+class KnownStart:
+    """What is known of the start of a fit, and need not be simulated.
+
+    Attributes:
+        simulated: (N,) simulation of the start, None where it is not known.
+        jacobian_rows: Rows (N,) of the first Jacobian by parameter, where another fit has them.
+        trust_rows: Whether these rows are as good as new ones: where they lead nowhere, the fit ends.
+    """
+
+    simulated: Array | None = field(default=None, repr=False)
+    jacobian_rows: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    trust_rows: bool = False
+
+
+NOTHING_KNOWN = KnownStart()
+
+
 def fit(
     problem: Problem,
     parameters: Sequence[Parameter],
@@ -77,9 +94,7 @@ def fit(
     iterations: int | None = None,
     tolerance: float | None = None,
     sample_weights: Array | None = None,
-    simulated: Array | None = None,
-    jacobian_rows: Mapping[str, Array] = MappingProxyType({}),
-    trust_rows: bool = False,
+    known: KnownStart = NOTHING_KNOWN,
 ) -> Fit:
     """Follow the likelihood to a local optimum from one start.
 
@@ -90,35 +105,27 @@ def fit(
         iterations: Largest number of iterations, `MAX_ITERATIONS` by default; 0 for the start with its Jacobian.
         tolerance: Gain of ``-2 log p`` below which an iteration is the last, `TOLERANCE` by default.
         sample_weights: (N,) 0 or 1, samples that count; all by default.
-        simulated: (N,) simulation of the start, where it is known.
-        jacobian_rows: Rows (N,) of the first Jacobian by parameter, where another fit has them.
-        trust_rows: Whether these rows are as good as new ones: where they lead nowhere, the fit ends.
+        known: What is known of the start.
 
     Returns:
         The fit where it ended.
     """
     space = _Space(problem, parameters, start, sample_weights)
     least_gain = TOLERANCE if tolerance is None else tolerance
-    point = space.begin(start)
-    simulated, jacobian = space.linearise(point, simulated, jacobian_rows)
-    cost, discrepancies = space.cost(simulated, point)
-    step_length, stale, fresh, converged = 1.0, False, trust_rows or not jacobian_rows, False
+    at = space.start(start, known)
+    step_length, stale, fresh, converged = 1.0, False, known.trust_rows or not known.jacobian_rows, False
     for _ in range(MAX_ITERATIONS if iterations is None else iterations):
         if stale:
-            simulated, jacobian = space.linearise(point, simulated, {})
-            fresh = True
-        trials = space.trials(point, problem.residual_of(simulated), jacobian, discrepancies, step_length)
-        outcomes = problem.simulate([space.values(trial) for trial in trials])
-        costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
-        best = int(np.argmin([entry[0] for entry in costs]))
-        gain = cost - costs[best][0]
+            at, fresh = space.with_new_jacobian(at), True
+        best = space.best_trial(at, step_length)
+        gain = at.cost - best.cost
         # Where a reused Jacobian leads nowhere, a new one may lead on.
         reused = stale = not fresh
         if gain > 0.0:
             fresh = False
-            jacobian, predicted = broyden_update(jacobian, trials[best] - point, outcomes[best] - simulated)
+            jacobian, predicted = broyden_update(at.jacobian, best.point - at.point, best.simulated - at.simulated)
             stale = predicted < 1.0 - TRUST_FRACTION
-            point, simulated, (cost, discrepancies) = trials[best], outcomes[best], costs[best]
+            at = replace(best, jacobian=jacobian)
         if gain >= least_gain:
             step_length = 1.0
         elif stale and reused:
@@ -129,8 +136,8 @@ def fit(
             converged = True
             break
     return Fit(
-        space.values(point), tuple(space.parameters), simulated, problem.residual_of(simulated), jacobian, cost,
-        discrepancies, converged, stale,
+        space.values(at.point), tuple(space.parameters), at.simulated, problem.residual_of(at.simulated), at.jacobian,
+        at.cost, at.discrepancies, converged, stale,
     )  # fmt: skip
 
 
@@ -153,6 +160,25 @@ def penalized_cost(problem: Problem, parameters: Sequence[Parameter], values: Va
     return space.cost(simulated, space.begin(values))[0]
 
 
+@dataclass(frozen=True)
+class _Point:
+    """A place in the space of the free parameters, and the simulation there.
+
+    Attributes:
+        point: (p,) in units of the scales.
+        simulated: (N,) in noise units.
+        jacobian: (p, N) change of the simulation per scale.
+        cost: ``-2 log p`` with the priors.
+        discrepancies: Of each piece.
+    """
+
+    point: Array
+    simulated: Array
+    jacobian: Array
+    cost: float
+    discrepancies: dict[int, Discrepancy]
+
+
 class _Space:
     """The free parameters as a point (p,) in units of their scales, with bounds and priors."""
 
@@ -171,6 +197,25 @@ class _Space:
     def begin(self, start: Values) -> Array:
         """The point of the start, within the bounds."""
         return np.clip(scaled_offsets(self.parameters, start), self.lower, self.upper)
+
+    def start(self, values: Values, known: KnownStart) -> _Point:
+        """The start of a fit; what is not known yet is simulated."""
+        point = self.begin(values)
+        simulated, jacobian = self.linearise(point, known.simulated, known.jacobian_rows)
+        return _Point(point, simulated, jacobian, *self.cost(simulated, point))
+
+    def with_new_jacobian(self, at: _Point) -> _Point:
+        """The same place with derivatives that are simulated anew."""
+        return replace(at, jacobian=self.linearise(at.point, at.simulated, {})[1])
+
+    def best_trial(self, at: _Point, step_length: float) -> _Point:
+        """The cheapest of the trial steps, with the Jacobian from which they were taken."""
+        residual = self.problem.residual_of(at.simulated)
+        trials = self.trials(at.point, residual, at.jacobian, at.discrepancies, step_length)
+        outcomes = self.problem.simulate([self.values(trial) for trial in trials])
+        costs = [self.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
+        best = int(np.argmin([cost for cost, _ in costs]))
+        return _Point(trials[best], outcomes[best], at.jacobian, *costs[best])
 
     def values(self, point: Array) -> dict[str, float]:
         """Parameter values at a point."""

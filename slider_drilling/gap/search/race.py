@@ -12,7 +12,14 @@ from dataclasses import dataclass, field, replace
 
 from slider_drilling.gap.model import Array, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import MAX_ITERATIONS, TOLERANCE, Fit, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.least_squares import (
+    MAX_ITERATIONS,
+    TOLERANCE,
+    Fit,
+    KnownStart,
+    fit,
+    min_gain_to_catch_up,
+)
 from slider_drilling.gap.search.screen import STARTS, rank_starts, scan_effects, screen
 from slider_drilling.process.parallel_map import parallel_map
 
@@ -140,7 +147,7 @@ def _advance(problem: Problem, arm: Arm, iterations: int, least_gain: float = TO
     else:
         start, simulated, rows = arm.fit.values, arm.fit.simulated, arm.fit.reusable_rows
     advanced = fit(
-        problem, freed, start, iterations=iterations, tolerance=least_gain, simulated=simulated, jacobian_rows=rows
+        problem, freed, start, iterations=iterations, tolerance=least_gain, known=KnownStart(simulated, rows)
     )
     return replace(arm, fit=advanced)
 

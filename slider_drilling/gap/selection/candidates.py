@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.evidence.block_bootstrap import BlockBootstrap
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     gap_closed,
     passes_likelihood_ratio_test,
@@ -21,7 +21,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
 from slider_drilling.gap.search.race import Arm, finalists
 from slider_drilling.gap.selection.calibration import lower_floors
 from slider_drilling.gap.selection.evidence_tests import Evidence
@@ -190,15 +190,16 @@ def indistinguishable_from(
     It distinguishes them only if the accepted one both predicts better and leaves a smaller gap. A density that is
     better beside a gap that is not shows a better description of what is left, not a cause.
     """
-    rivals = [candidate for candidate in candidates if candidate is not accepted and candidate.passed]
-    level = LEVEL / max(len(rivals), 1)
+    alternatives = [candidate for candidate in candidates if candidate is not accepted and candidate.passed]
+    level = NAMING_LEVEL / max(len(alternatives), 1)
     best = accepted.fitted.score
 
-    def distinguished(rival: FittedModel) -> bool:
-        wider = resampled_squared_gaps(bootstrap, rival.score) - resampled_squared_gaps(bootstrap, best)
-        return predicts_better(bootstrap, best, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
+    def distinguished(alternative: FittedModel) -> bool:
+        wider = resampled_squared_gaps(bootstrap, alternative.score) - resampled_squared_gaps(bootstrap, best)
+        better = predicts_better(bootstrap, best, alternative.score, len(alternatives))
+        return better and float(np.quantile(wider, level)) > 0.0
 
-    return tuple(candidate.effect.name for candidate in rivals if not distinguished(candidate.fitted))
+    return tuple(candidate.effect.name for candidate in alternatives if not distinguished(candidate.fitted))
 
 
 def _test_candidate(state: SearchState, model: FittedModel, remaining: Sequence[Effect], seed: int) -> CandidateResult:
@@ -233,5 +234,6 @@ def _rules_out(now: FittedModel, before: FittedModel) -> bool:
     """Whether the log rules out the former optimum of the same effects: outside the confidence region (Wilks)."""
     if now is before:
         return False
-    there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, jacobian_rows=now.fit.jacobian_rows)
+    known = KnownStart(jacobian_rows=now.fit.jacobian_rows)
+    there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, known=known)
     return there.cost - now.fit.cost > chi2_critical(len(now.fit.parameters))

@@ -12,7 +12,7 @@ from math import comb
 import numpy as np
 
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     exceeds_evidence_threshold,
     fit_exceeds_evidence_threshold,
@@ -23,7 +23,7 @@ from slider_drilling.gap.evidence.compare import (
     resampled_squared_gaps,
     share_closed,
 )
-from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Effect, HasCoupledEffects
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget, model_error_size
@@ -110,7 +110,7 @@ def ends_the_gap(evidence: Evidence) -> bool:
     if state.adequacy.within_thresholds or with_it.held_out_deviance >= without.held_out_deviance:
         return False
     reduction = resampled_squared_gaps(state.bootstrap, without) - resampled_squared_gaps(state.bootstrap, with_it)
-    everywhere = float(np.quantile(reduction, LEVEL / evidence.candidates)) > 0.0
+    everywhere = float(np.quantile(reduction, NAMING_LEVEL / evidence.candidates)) > 0.0
     if not everywhere and not exceeds_evidence_threshold(with_it, without, evidence.candidates):
         return False
     left = check_adequacy(evidence.fitted, evidence.seed)
@@ -293,10 +293,10 @@ def no_free_form_predicts_better(evidence: Evidence) -> bool:
     There a free form of a named effect only says that the cause is not quite the catalogue's law.
     """
     named = evidence.fitted.effects if evidence.state.adequacy.adequate else ()
-    rivals = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
+    alternatives = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
     count = len(evidence.free_forms)
     score = evidence.fitted.score
-    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in rivals)
+    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in alternatives)
 
 
 def no_form_elsewhere_is_likelier(evidence: Evidence) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from slider_drilling.gap.evidence.compare import passes_likelihood_ratio_test
 from slider_drilling.gap.model import Effect
@@ -41,72 +41,123 @@ from slider_drilling.gap.selection.state import CandidateResult, FittedModel, Se
 CLEAR_LEAD = 100.0
 
 
-def add_effect(
-    state: SearchState,
-    effects: Sequence[Effect],
-    coupled: Sequence[Sequence[Effect]],
-    conditional: Sequence[Effect],
-    seed: int,
-    report: Progress,
-) -> SearchState:
-    """One step: race the effects that may come next, test the finalists, and accept the best that passes.
+@dataclass(frozen=True)
+class SearchTask:
+    """What a forward selection tries.
 
-    Args:
-        state: State before the step.
+    Attributes:
         effects: All candidate effects.
         coupled: Sets of effects that start together in the first step.
         conditional: Nuisance that races beside the effects (`slider_drilling.gap.model.HasConditionalNuisance`).
         seed: Seed of the replicates.
         report: Called with the stage and the share done.
+    """
+
+    effects: Sequence[Effect]
+    coupled: Sequence[Sequence[Effect]]
+    conditional: Sequence[Effect]
+    seed: int
+    report: Progress
+
+
+@dataclass(frozen=True)
+class _Raced:
+    """What a race left.
+
+    Attributes:
+        finishers: Arms, cheapest first.
+        start_points: From which they started.
+        predicted_gain: Gain of ``-2 log p`` that the screen predicts, by effect.
+    """
+
+    finishers: Sequence[Arm]
+    start_points: Sequence[StartPoint]
+    predicted_gain: dict[str, float]
+
+
+def add_effect(state: SearchState, task: SearchTask) -> SearchState:
+    """One step: race the effects that may come next, test the candidates, and accept the best that passes.
+
+    Args:
+        state: State before the step.
+        task: What is tried.
 
     Returns:
         The state after the step; it is done if nothing was accepted or nothing is left to find. Where conditional
         nuisance explains more than every effect, the state before the step, with that nuisance missing.
     """
     tried = {step.accepted.effect.name for step in state.steps if step.accepted is not None} | set(state.current.names)
-    remaining = [effect for effect in effects if effect.name not in tried]
+    remaining = [effect for effect in task.effects if effect.name not in tried]
     if not remaining:
         return replace(state, done=True)
-    number = len(state.steps)
-    step_name = f", step {number + 1}" if number else ""
-    report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
-    start_points = find_start_points(state, [*remaining, *conditional])
-    arms, predicted_gain = race_entries(state, start_points, coupled if number == 0 else (), conditional)
-    finishers = race(state.modes, arms)
-    report("testing the finalists", min(0.25 + 0.3 * number, 0.9))
-    leaders = clear_leaders(finishers, conditional)
+    raced = _race(state, remaining, task)
+    leaders = clear_leaders(raced.finishers, task.conditional)
     if leaders:
-        rescored, candidates, _ = evaluate_candidates(state, leaders, remaining, seed)
-        missing = _missing_nuisance(rescored, candidates, conditional)
-        if missing is not None:
+        rescored, candidates, _ = evaluate_candidates(state, leaders, remaining, task.seed)
+        if (missing := _missing_nuisance(rescored, candidates, task.conditional)) is not None:
             return replace(rescored, missing_nuisance=missing)
-    finishers = restart_leader(state.modes, finishers)
-    known = state.current.effects
-    state, candidates, former_optimum_ruled_out = evaluate_candidates(state, finishers, remaining, seed)
-    missing = _missing_nuisance(state, candidates, conditional)
-    if missing is not None:
+    finishers = restart_leader(state.modes, raced.finishers)
+    state, candidates, former_optimum_ruled_out = evaluate_candidates(state, finishers, remaining, task.seed)
+    if (missing := _missing_nuisance(state, candidates, task.conditional)) is not None:
         return replace(state, missing_nuisance=missing)
-    candidates = tuple(candidate for candidate in candidates if candidate.effect not in conditional)
-    step = SelectionStep(candidates, None, (), predicted_gain)
-    ended = replace(state, steps=(*state.steps, step), done=True)
-    if state.adequacy.adequate and not known and outside_prior(state.current):
-        ended = replace(ended, masked_effects=find_masked_effects(state, candidates, len(remaining)))
-        unmasked = _replace_calibration(ended, remaining, seed) if ended.masked_effects else None
-        if unmasked is not None:
-            return unmasked
-    accepted, step = _accept_best(state, step, known, remaining, seed, report)
+    nameable = tuple(candidate for candidate in candidates if candidate.effect not in task.conditional)
+    step = SelectionStep(nameable, None, (), raced.predicted_gain)
+    masked, unmasked = _replace_implausible_calibration(state, step, remaining, task.seed)
+    if unmasked is not None:
+        return unmasked
+    accepted, step = _accept_best(state, step, state.current.effects, remaining, task.seed, task.report)
     if accepted is not None:
         return accepted
     if former_optimum_ruled_out:
         # The race started from the wrong place: the next step races from the better one.
         return replace(state, done=state.adequacy.complete)
-    ended = replace(ended, steps=(*state.steps, step))
+    return _end_with_pair(state, replace(masked, steps=(*state.steps, step)), raced, task)
+
+
+def _race(state: SearchState, remaining: Sequence[Effect], task: SearchTask) -> _Raced:
+    """The race of the effects that may come next, and of conditional nuisance beside them."""
+    number = len(state.steps)
+    step_name = f", step {number + 1}" if number else ""
+    task.report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
+    start_points = find_start_points(state, [*remaining, *task.conditional])
+    coupled = task.coupled if number == 0 else ()
+    arms, predicted_gain = race_entries(state, start_points, coupled, task.conditional)
+    finishers = race(state.modes, arms)
+    task.report("testing the candidates", min(0.25 + 0.3 * number, 0.9))
+    return _Raced(finishers, start_points, predicted_gain)
+
+
+def _replace_implausible_calibration(
+    state: SearchState, step: SelectionStep, remaining: Sequence[Effect], seed: int
+) -> tuple[SearchState, SearchState | None]:
+    """The state as it ends with this step, with effects that calibration may hide; and one that names such an effect.
+
+    The second is None if calibration is plausible, or the log supports no effect in its place.
+    """
+    ended = replace(state, steps=(*state.steps, step), done=True)
+    if not state.adequacy.adequate or state.current.effects or not outside_prior(state.current):
+        return ended, None
+    ended = replace(ended, masked_effects=find_masked_effects(state, step.candidates, len(remaining)))
+    return ended, _replace_calibration(ended, remaining, seed) if ended.masked_effects else None
+
+
+def _end_with_pair(state: SearchState, ended: SearchState, raced: _Raced, task: SearchTask) -> SearchState:
+    """The state at the end of the search: with two effects in the place of one or none where they end the gap.
+
+    Args:
+        state: State before the step.
+        ended: As the search ends without a pair.
+        raced: The race of the step.
+        task: What is tried.
+    """
+    known = state.current.effects
     if state.adequacy.adequate or len(known) > 1:
         return ended
-    pair = _add_pair(ended, [*effects, *conditional], () if known else start_points, seed, report)
+    start_points = () if known else raced.start_points
+    pair = _add_pair(ended, [*task.effects, *task.conditional], start_points, task.seed, task.report)
     if pair is None:
         return ended
-    is_nuisance = any(effect in conditional for effect in pair.current.effects)
+    is_nuisance = any(effect in task.conditional for effect in pair.current.effects)
     return replace(state, missing_nuisance=pair.current) if is_nuisance else pair
 
 

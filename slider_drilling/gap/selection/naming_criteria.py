@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from slider_drilling.gap.evidence.compare import LEVEL
+from slider_drilling.gap.evidence.compare import NAMING_LEVEL
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection import evidence_tests as tests
@@ -21,7 +21,8 @@ from slider_drilling.gap.selection.evidence_tests import MIN_GAP, MIN_GAP_CLOSED
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 
 _PERCENT = f"{100.0 * MIN_GAP_CLOSED:g} %"
-_SHARED_LEVEL = f"{100.0 * LEVEL:g} % divided by the number of candidates"
+_LEVEL = f"{100.0 * NAMING_LEVEL:g} %"
+_SHARED_LEVEL = f"{_LEVEL} divided by the number of candidates"
 
 
 class Kind(Enum):
@@ -35,11 +36,11 @@ class Kind(Enum):
 class Stage(Enum):
     """When a rule applies; the value says to what."""
 
-    CANDIDATE = "every finalist of a step"
-    OTHER_RUNS = "a finalist that passed so far, of several runs"
-    SECOND_EFFECT = "a finalist that passed so far, beside effects already in the model"
-    PLAUSIBLE_CALIBRATION = "a finalist, where calibration alone is enough but needs implausible values"
-    REPLACES_CALIBRATION = "a finalist that passed so far, where calibration alone needs implausible values"
+    CANDIDATE = "every candidate of a step"
+    OTHER_RUNS = "a candidate that passed so far, of several runs"
+    SECOND_EFFECT = "a candidate that passed so far, beside effects already in the model"
+    PLAUSIBLE_CALIBRATION = "a candidate, where calibration alone is enough but needs implausible values"
+    REPLACES_CALIBRATION = "a candidate that passed so far, where calibration alone needs implausible values"
     STILL_NEEDED = "every earlier effect, after another one was accepted"
     PAIR = "two effects that were accepted in one step, in the place of one or none"
     END = "every effect in the model, at the end of the search"
@@ -151,8 +152,8 @@ CRITERIA: tuple[Criterion, ...] = (
         name="strong evidence where noise is enough",
         stages=(Stage.CANDIDATE,),
         test="likelihood ratio, held out and over the whole log, where the model without the effect is adequate",
-        threshold=f"2 log(candidates / {LEVEL:g}) (Markov's inequality); over the whole log plus 2 for each parameter "
-        "(Akaike)",
+        threshold=f"2 log(candidates / {NAMING_LEVEL:g}) (Markov's inequality); over the whole log plus 2 for each "
+        "parameter (Akaike)",
         message="the model without it already leaves only noise, and the log does not show the effect strongly enough",
         reason="Where nothing is left to explain, a name needs evidence that no noise model could produce.",
         passes=tests.evidence_is_strong,
@@ -170,7 +171,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="gap reduction significant",
         stages=(Stage.CANDIDATE, Stage.VERDICT),
         test="reduction of held-out E^2, and of the share closed (weighted blocks)",
-        threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
+        threshold=f"{100.0 - 100.0 * NAMING_LEVEL:g} % interval above zero",
         message="the gap does not shrink significantly",
         reason="An effect can make the log likelier and leave the gap as it was: then it describes noise.",
         passes=tests.gap_shrinks,
@@ -203,7 +204,7 @@ CRITERIA: tuple[Criterion, ...] = (
         test="fitted parameters of every new effect",
         threshold="one parameter differs from neutral by the smallest amount that an engineer acts on (registry)",
         message="too small: by less than anybody would act on",
-        reason="A name asks somebody to do something.",
+        reason="People act on a named effect.",
         passes=tests.is_material,
         kind=Kind.SIZE,
     ),
@@ -253,7 +254,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="gap reduction significant in other runs",
         stages=(Stage.OTHER_RUNS,),
         test="reduction of the gap of each run under a fit to the other runs",
-        threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
+        threshold=f"{100.0 - 100.0 * NAMING_LEVEL:g} % interval above zero",
         message="in runs that its fit has not seen, the gap does not shrink significantly",
         reason="Another excitation separates causes that more of the same cannot: a near relative of the cause fails.",
         passes=tests.gap_of_other_runs_shrinks,
@@ -272,7 +273,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="no free form of a known effect",
         stages=(Stage.SECOND_EFFECT,),
         test="held-out log density against the free forms of the effects already in the model (block bootstrap)",
-        threshold=f"lower bound of the gain above zero at {100.0 * LEVEL:g} % divided by the number of free forms",
+        threshold=f"lower bound of the gain above zero at {_LEVEL} divided by the number of free forms",
         message="a free form of an effect already in the model fits as well: {detail}",
         reason="A cause that differs a little from the catalogue's law leaves a residual that some other effect fits.",
         passes=tests.predicts_better_than_free_forms,
@@ -300,7 +301,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="still needed",
         stages=(Stage.STILL_NEEDED,),
         test="the model with the effect against a refit without it: likelihood ratio, and gap or held-out log density",
-        threshold=f"chi-squared quantile at {100.0 * LEVEL:g} %, and either the gap grows significantly and by "
+        threshold=f"chi-squared quantile at {_LEVEL}, and either the gap grows significantly and by "
         f"{_PERCENT} without it, or held-out data are predicted better with it",
         message="no longer needed beside the other effects",
         reason="A later effect can explain what an earlier one was accepted for.",
@@ -322,7 +323,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "without it",
         threshold="leaves out none; or the refit is worse than by chance at 10 %, each channel of a run counting as "
         f"{INDEPENDENT_ERRORS} numbers; effects that show only together (HasCoupledEffects) need not",
-        message="beside the others its size may be none",
+        message="beside the others its size is not significantly different from zero",
         reason="An effect can fit what the model's own error leaves. Its size is then not determined.",
         passes=tests.differs_from_none,
     ),
@@ -340,7 +341,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="no free form predicts better",
         stages=(Stage.ALTERNATIVES,),
         test="held-out log density of every free-form alternative against the named effects (block bootstrap)",
-        threshold=f"gain not above zero at {100.0 * LEVEL:g} % divided by the number of alternatives",
+        threshold=f"gain not above zero at {_LEVEL} divided by the number of alternatives",
         message="a free-form alternative predicts held-out data significantly better",
         reason="What a law cannot follow and a free form can is not that law's cause.",
         passes=tests.no_free_form_predicts_better,
@@ -349,7 +350,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="no free form at another site is likelier",
         stages=(Stage.ALTERNATIVES,),
         test="held-out deviance and gap of every free-form alternative at another site",
-        threshold=f"gain of held-out deviance not above the chi-squared quantile at {100.0 * LEVEL:g} % divided by "
+        threshold=f"gain of held-out deviance not above the chi-squared quantile at {_LEVEL} divided by "
         "their number, or a gap no smaller",
         message="a free-form alternative at another site is likelier",
         reason="An effect is no cause unless it predicts more than a disturbance elsewhere; this need not be "

@@ -19,7 +19,7 @@ from slider_drilling.gap.evidence.score import (
 from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import fit_fidelity, refit_in_fine_simulation, refit_with_correction
-from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, KnownStart, fit, min_gain_to_catch_up
 from slider_drilling.gap.search.multi_start import fit_from_starts, scattered_starts
 from slider_drilling.gap.search.race import Arm
 from slider_drilling.gap.selection.state import FittedModel, SearchState
@@ -120,7 +120,7 @@ def improve_incumbent(state: SearchState, leader: FittedModel, remaining: Sequen
     refitted = fit(
         incumbent.problem, linearised.parameters, start,
         tolerance=min_gain_to_catch_up(linearised.cost - incumbent.fit.cost),
-        simulated=linearised.simulated, jacobian_rows=linearised.jacobian_rows, trust_rows=True,
+        known=KnownStart(linearised.simulated, linearised.jacobian_rows, trust_rows=True),
     )  # fmt: skip
     if refitted.cost >= incumbent.fit.cost - TOLERANCE:
         return state

@@ -8,14 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.evidence.compare import (
-    LEVEL,
+    NAMING_LEVEL,
     chi2_critical,
     gap_reduction_significant,
     predicts_better,
     predicts_better_among,
     resampled_squared_gaps,
 )
-from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
+from slider_drilling.gap.evidence.free_form_fit import FreeFormFit
+from slider_drilling.gap.evidence.free_forms import fit_free_forms
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import HasFreeForms
 from slider_drilling.gap.search.least_squares import min_gain_to_catch_up
@@ -125,15 +126,15 @@ def _equally_good_form(state: SearchState, forms: Sequence[FreeFormFit]) -> Free
             return True
         return form.x.size <= parameter_count and not any(form.covers(effect) for effect in effects)
 
-    rivals = [form for form in forms if is_another_cause(form)]
+    alternatives = [form for form in forms if is_another_cause(form)]
     score = state.current.score
-    by_chance = chi2_critical(1, max(len(rivals), 1))
+    critical = chi2_critical(1, max(len(alternatives), 1))
 
     def is_outperformed(form: FreeFormFit) -> bool:
-        significant = predicts_better(state.bootstrap, score, form.score, len(rivals))
-        return significant and form.score.held_out_deviance - score.held_out_deviance > by_chance
+        significant = predicts_better(state.bootstrap, score, form.score, len(alternatives))
+        return significant and form.score.held_out_deviance - score.held_out_deviance > critical
 
-    return next((form for form in rivals if not is_outperformed(form)), None)
+    return next((form for form in alternatives if not is_outperformed(form)), None)
 
 
 def _structured_remainder(state: SearchState, forms: Sequence[FreeFormFit]) -> FreeFormFit | None:
@@ -249,7 +250,7 @@ def _significantly_better(state: SearchState, score: HeldOutScore, other: HeldOu
     if predicts_better_among(state.bootstrap, score, other, tried):
         return True
     reduction = resampled_squared_gaps(state.bootstrap, other) - resampled_squared_gaps(state.bootstrap, score)
-    shrinks = float(np.quantile(reduction, LEVEL / tried)) > 0.0
+    shrinks = float(np.quantile(reduction, NAMING_LEVEL / tried)) > 0.0
     return score.held_out_deviance <= other.held_out_deviance and shrinks
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from slider_drilling.messages.health import Level, Status
+from slider_drilling.nodes.twin_status_relay import FORGOTTEN_AFTER, NOT_COMPARED, TwinStatusRelay
 from slider_drilling.nodes.twin_statuses import TwinHealth, twin_statuses
-from slider_drilling.nodes.twin_word import FORGOTTEN_AFTER, NOT_COMPARED, TwinWord
 from slider_drilling.twin import ChannelState, Detection, Trend, TwinReport
 from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
@@ -103,55 +103,55 @@ def clock() -> Clock:
 
 
 @pytest.fixture
-def word(clock: Clock) -> TwinWord:
-    return TwinWord(clock)
+def relay(clock: Clock) -> TwinStatusRelay:
+    return TwinStatusRelay(clock)
 
 
-def said(*detections: Detection) -> list[Status]:
+def sent(*detections: Detection) -> list[Status]:
     """The twin's statuses as they come to a controller."""
     named = twin_statuses(report(*detections), START, HEALTH)
     return [Status(one.level, f"rig_a/twin: {one.name}", one.message, one.values) for one in named]
 
 
-def test_no_twin_gives_no_status(word: TwinWord) -> None:
-    word.take([Status(Level.ERROR, "recorder: log", "full"), Status(Level.ERROR, "a_twin: motor", "hot")])
-    assert word.statuses() == []
+def test_no_twin_gives_no_status(relay: TwinStatusRelay) -> None:
+    relay.take([Status(Level.ERROR, "recorder: log", "full"), Status(Level.ERROR, "a_twin: motor", "hot")])
+    assert relay.statuses() == []
 
 
-def test_a_twin_that_learns_sees_no_fault_yet(word: TwinWord) -> None:
+def test_a_twin_that_learns_sees_no_fault_yet(relay: TwinStatusRelay) -> None:
     learning = replace(report(), state="learning")
     statuses = twin_statuses(learning, START, HEALTH)
     assert {one.message for one in statuses if one.name != "state"} == {NOT_COMPARED}
-    word.take([Status(one.level, f"twin: {one.name}", one.message, one.values) for one in statuses])
-    (status,) = word.statuses()
+    relay.take([Status(one.level, f"twin: {one.name}", one.message, one.values) for one in statuses])
+    (status,) = relay.statuses()
     assert (status.level, status.message) == (Level.OK, "the twin learns the rig: it would see no fault yet")
 
 
-def test_controller_repeats_a_washout(word: TwinWord) -> None:
-    word.take(said())
-    (status,) = word.statuses()
+def test_controller_repeats_a_washout(relay: TwinStatusRelay) -> None:
+    relay.take(sent())
+    (status,) = relay.statuses()
     assert (status.level, status.name) == (Level.OK, "twin")
     assert status.message == "the twin sees no washout, plugged nozzle or motor fault"
-    word.take(said(WASHOUT))
-    (status,) = word.statuses()
+    relay.take(sent(WASHOUT))
+    (status,) = relay.statuses()
     assert status.level is Level.WARN, "the twin stops nothing"
     assert status.message == "the twin says: washout since 1700000060 s: standpipe pressure 3.2 bar lower"
 
 
-def test_other_changes_are_not_repeated(word: TwinWord) -> None:
+def test_other_changes_are_not_repeated(relay: TwinStatusRelay) -> None:
     torque = Detection(**{**vars(PRESSURE), "site": "contact", "channel": "surface_torque", "what": "more torque"})
-    word.take(said(torque))
-    assert word.statuses()[0].level is Level.OK
-    word.take(said(Detection(**{**vars(torque), "suspected": ("motor_stall",)})))
-    assert word.statuses()[0].level is Level.WARN
-    word.take(said(torque))
-    assert word.statuses()[0].level is Level.OK
+    relay.take(sent(torque))
+    assert relay.statuses()[0].level is Level.OK
+    relay.take(sent(Detection(**{**vars(torque), "suspected": ("motor_stall",)})))
+    assert relay.statuses()[0].level is Level.WARN
+    relay.take(sent(torque))
+    assert relay.statuses()[0].level is Level.OK
 
 
-def test_word_of_a_silent_twin_ages(word: TwinWord, clock: Clock) -> None:
-    word.take(said(WASHOUT))
+def test_status_of_a_silent_twin_ages(relay: TwinStatusRelay, clock: Clock) -> None:
+    relay.take(sent(WASHOUT))
     clock.now += 30.0
-    (status,) = word.statuses()
+    (status,) = relay.statuses()
     assert status.message.endswith("lower (30 s ago; silent since)") and dict(status.values)["age_s"] == "30"
     clock.now += FORGOTTEN_AFTER
-    assert word.statuses() == []
+    assert relay.statuses() == []

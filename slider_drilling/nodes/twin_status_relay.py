@@ -1,4 +1,4 @@
-"""What a controller repeats of a twin's word: changes that its interlocks are there for. It changes no command.
+"""What a controller repeats of a twin's statuses: changes that its interlocks are there for. It changes no command.
 
 Without a twin there is no status; a twin that falls silent is quoted with its age, and then no more.
 """
@@ -21,14 +21,14 @@ FORGOTTEN_AFTER = 120.0  # s of wall time
 
 
 @dataclass(frozen=True)
-class _Word:
+class ReceivedStatus:
     """A status of the twin, and when it came, s of the wall's clock."""
 
     status: Status
     at: float
 
 
-class TwinWord:
+class TwinStatusRelay:
     """Keeps the twin's latest statuses of the sites that concern a controller.
 
     Args:
@@ -37,34 +37,34 @@ class TwinWord:
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._words: dict[str, _Word] = {}
+        self._received: dict[str, ReceivedStatus] = {}
 
     def take(self, statuses: Iterable[Status]) -> None:
         """Take statuses of any node, named ``node: subject``; others than the twin's are left out."""
         for status in statuses:
             node, _, subject = status.name.partition(": ")
             if node.rpartition("/")[2] == TWIN and _concerns(subject, status):
-                self._words[subject] = _Word(status, self._now())
+                self._received[subject] = ReceivedStatus(status, self._now())
             elif node.rpartition("/")[2] == TWIN:
-                self._words.pop(subject, None)
+                self._received.pop(subject, None)
 
     def statuses(self) -> list[Status]:
-        """One status that repeats the twin; none before it has said anything, or long after."""
+        """One status that repeats the twin; none before its first, or long after the last."""
         now = self._now()
-        self._words = {name: word for name, word in self._words.items() if now - word.at <= FORGOTTEN_AFTER}
-        if not self._words:
+        self._received = {name: each for name, each in self._received.items() if now - each.at <= FORGOTTEN_AFTER}
+        if not self._received:
             return []
-        said = [word for word in self._words.values() if word.status.level > Level.OK]
-        age = now - max(word.at for word in self._words.values())
-        values = (("age_s", f"{age:.0f}"), *((word.status.name, word.status.message) for word in said))
-        message = "; ".join(word.status.message for word in said) or self._nothing_wrong()
+        warnings = [each for each in self._received.values() if each.status.level > Level.OK]
+        age = now - max(each.at for each in self._received.values())
+        values = (("age_s", f"{age:.0f}"), *((each.status.name, each.status.message) for each in warnings))
+        message = "; ".join(each.status.message for each in warnings) or self._nothing_wrong()
         old = f" ({age:.0f} s ago; silent since)" if age > OLD_AFTER else ""
-        level = Level.WARN if said else Level.OK
-        return [Status(level, TWIN, f"the twin {'says: ' if said else ''}{message}{old}", values)]
+        level = Level.WARN if warnings else Level.OK
+        return [Status(level, TWIN, f"the twin {'says: ' if warnings else ''}{message}{old}", values)]
 
     def _nothing_wrong(self) -> str:
-        """What there is to say where no word is a warning."""
-        if any(word.status.message == NOT_COMPARED for word in self._words.values()):
+        """The message where no status is a warning."""
+        if any(each.status.message == NOT_COMPARED for each in self._received.values()):
             return "learns the rig: it would see no fault yet"
         return "sees no washout, plugged nozzle or motor fault"
 

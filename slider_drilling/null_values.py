@@ -1,0 +1,75 @@
+"""Numbers that recorders and exporters write where there is no value, although nothing declares them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Numbers that exporters write for "no value".
+_NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
+_SPANS = 3.0  # times the range of all other values that an undeclared null lies outside
+_MANY = 10.0  # the same for a number that is no usual null
+_MIN_REPEATS = 5  # of a number that no exporter is known to write for "no value"
+_MAX_NULLS = 4  # different undeclared nulls of one column
+_MAX_SHARE, _MAX_SHARE_ABOVE = 0.5, 0.2  # of the values, for nulls below and above all others
+
+
+def without_undeclared_nulls(values: Array, positive: bool) -> tuple[Array, tuple[tuple[float, int], ...]]:
+    """The values with numbers as NaN that stand far outside all others and look like a null.
+
+    Such a number is one that exporters write (-999.25, -9999, -999, 99999, -32768). Another one must be repeated to the
+    last digit and be impossibly large; or stand five times, far from all others, negative where the quantity cannot be.
+    """
+    found: list[tuple[float, int]] = []
+    values = values.copy()
+    for _ in range(_MAX_NULLS):
+        known = values[np.isfinite(values)]
+        if known.size < 3:
+            break
+        null = next((end for end in (known.min(), known.max()) if _is_null(float(end), known, positive)), None)
+        if null is None:
+            break
+        same = values == null
+        found.append((float(null), int(np.count_nonzero(same))))
+        values[same] = math.nan
+    return values, tuple(found)
+
+
+def _is_null(value: float, known: Array, positive: bool) -> bool:
+    others = known[known != value]
+    count = known.size - others.size
+    if others.size < 2 or count > (_MAX_SHARE if value < others[0] else _MAX_SHARE_ABOVE) * known.size:
+        return False
+    if is_null_like(value):
+        return stands_apart(value, others, positive)
+    distance, span, high = _outside(value, others)
+    if count < 2 or distance <= _MANY * span:
+        return False
+    if abs(value) > 1e5 * abs(high):
+        return True
+    # A pressure of -1 is what a sensor with an offset reads of nothing. It is a null where it stands often, to the last
+    # digit, and nothing ever comes near it.
+    alone = bool(np.abs(others - value).min() > 0.5 * distance)
+    return positive and value < 0.0 and count >= _MIN_REPEATS and alone
+
+
+def _outside(value: float, others: Array) -> tuple[float, float, float]:
+    """How far a number lies outside the range of all others, that range, and its upper end."""
+    low, high = (float(end) for end in np.quantile(others, (0.01, 0.99)))
+    return max(low - value, value - high), max(high - low, 1e-9), high
+
+
+def stands_apart(value: float, others: Array, positive: bool) -> bool:
+    """Whether a number lies far outside all others, or is negative where the quantity cannot be."""
+    distance, span, _ = _outside(value, others)
+    return distance > _SPANS * span or (positive and value < 0.0)
+
+
+def is_null_like(value: float) -> bool:
+    """Whether exporters write this number for "no value"."""
+    return _NULL_LIKE.fullmatch(f"{value:.10g}") is not None or abs(value) >= 1e29
