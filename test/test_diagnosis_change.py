@@ -14,7 +14,7 @@ from slider_drilling.api.diagnose import diagnose
 from slider_drilling.api.what_changed import parse_since
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis import build_model
+from slider_drilling.diagnosis import build_model, change_answer
 from slider_drilling.diagnosis.baseline import fit_baseline
 from slider_drilling.diagnosis.change_answer import ChangedParameter
 from slider_drilling.diagnosis.change_search import changed_beside, only_wandered
@@ -188,6 +188,18 @@ def _fitted(**values):
 def test_name_that_needs_another_change_is_none(moved, alone, beside):
     tried = SimpleNamespace(fit=_fitted(friction_1=moved))
     assert changed_beside(tried, _fitted(friction_1=alone)) == beside
+
+
+@pytest.mark.parametrize(("before", "after", "refused"), [(3.0, 2.8, True), (3.0, 1.2, False), (1.1, 1.1, False)])
+def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, before, after, refused):
+    """Unless that channel hardly differs: then it says nothing."""
+    monkeypatch.setattr(change_answer, "usual_gaps", lambda problem, gap: {"standpipe_pressure": gap})
+    tried = SimpleNamespace(problem=None, fit=SimpleNamespace(residual=after))
+    search = SimpleNamespace(
+        problem=None, unchanged=SimpleNamespace(residual=before), seen_in="standpipe_pressure"
+    )  # fmt: skip
+    assert change_answer._explains_another_channel(tried, search) == refused
+    assert not change_answer._explains_another_channel(tried, SimpleNamespace(**vars(search) | {"seen_in": None}))
 
 
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])

@@ -86,7 +86,8 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
         if twin.detections:
             first = twin.detections[0]
             windows = windows_of_change(first.interval, first.detected, 0.0, length)
-            return Since(first.since, first.interval, found=True, log_start=windows.after), windows
+            since = Since(first.since, first.interval, True, windows.after, first.channel)
+            return since, windows
     raise InputError(f"since auto: {log.source}: no change detected; give the time from which on to compare")
 
 

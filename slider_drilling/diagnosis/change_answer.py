@@ -26,6 +26,7 @@ _SAME_GAIN, _SAME_SHARE = 12.0, 0.2
 # E that a named change may leave, relative to calibration without it; and share of the difference that it explains at
 # least.
 _NO_WORSE, _MIN_EXPLAINED = 1.05, 0.7
+_MIN_EXPLAINED_THERE = 0.5  # the same of the channel in which the change was seen
 # Names that one answer may hold together. More say only that something is different.
 _MAX_GROUP = 3
 # E, in units of what the baseline left, up to which a log is as the baseline was.
@@ -159,8 +160,19 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     # NaN where there is no difference to explain: that is no reason against it.
     if share_closed(unchanged**2, tried.gap**2) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
+    if _explains_another_channel(tried, search):
+        return f"does not explain the {plain_name(search.seen_in or '')}, in which the change was seen"
     beside = changed_beside(tried, search.calibrated)
     return f"explains the difference only if {plain_name(beside)} has changed too" if beside else ""
+
+
+def _explains_another_channel(tried: TriedChange, search: ChangeSearch) -> bool:
+    """Whether the channel in which the change was seen stays as different as it was."""
+    before, after = (
+        usual_gaps(problem, residual).get(search.seen_in or "", 1.0)
+        for problem, residual in ((search.problem, search.unchanged.residual), (tried.problem, tried.fit.residual))
+    )
+    return before > SAME_AS_BEFORE and bool(share_closed(before**2, after**2) < _MIN_EXPLAINED_THERE)
 
 
 def is_physical_and_material(tried: TriedChange) -> bool:

@@ -62,6 +62,7 @@ class ChangeSearch:
         calibrated: With calibrated numbers as far off as they wander.
         tried: Fitted candidates, largest gain first.
         scanned: Gain that the scan predicted, by candidate.
+        seen_in: Channel in which change detection saw the difference, None if unknown.
     """
 
     problem: Problem = field(repr=False)
@@ -69,6 +70,7 @@ class ChangeSearch:
     calibrated: Fit = field(repr=False)
     tried: tuple[TriedChange, ...]
     scanned: Mapping[str, float]
+    seen_in: str | None = None
 
 
 def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:

@@ -37,12 +37,14 @@ class Since:
         interval: 95 % interval, None if unknown.
         found: Whether change detection found it.
         log_start: s of that log, at which the later log begins.
+        channel: In which it was seen, None if unknown.
     """
 
     time: float
     interval: tuple[float, float] | None = None
     found: bool = False
     log_start: float = 0.0
+    channel: str | None = None
 
 
 def split_at(log: RigLog, since: float) -> tuple[RigLog, RigLog]:
@@ -103,9 +105,9 @@ def diagnose_change(
         raise InputError(
             f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
         )
-    search = search_change(model, baseline)
-    answer = answer_from(search, baseline, seed)
     given = Since(0.0) if since is None else since
+    search = replace(search_change(model, baseline), seen_in=given.channel)
+    answer = answer_from(search, baseline, seed)
     remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in checks], rig), *prepared.remarks)
     diagnosis = change_diagnosis(after, rig, checks, search, answer, baseline, remarks)
     return replace(

@@ -37,14 +37,14 @@ class Answer:
 class Ask(Protocol):
     """A question that is asked in another process; it must be picklable, as a function of a module is."""
 
-    def __call__(self, before: RigLog | Baseline, after: RigLog, rig: Rig, since: float) -> Answer:
+    def __call__(self, before: RigLog | Baseline, after: RigLog, rig: Rig, channel: str | None) -> Answer:
         """Diagnose a change.
 
         Args:
             before: Samples from before the change, or the baseline of an earlier answer.
-            after: Samples from then on.
+            after: Samples since.
             rig: The rig file as given.
-            since: s after the start of `after` at which the change began.
+            channel: In which the change was seen, None if it was not seen.
 
         Raises:
             InputError: These samples cannot be diagnosed.
@@ -79,13 +79,12 @@ def windows_of_change(interval: tuple[float, float], seen: float, started: float
     return Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
 
 
-def diagnose_after(before: RigLog | Baseline, after: RigLog, rig: Rig, since: float) -> Answer:
+def diagnose_after(before: RigLog | Baseline, after: RigLog, rig: Rig, channel: str | None) -> Answer:
     """What is different since the change, with what was before as the baseline; see `Ask`."""
     from slider_drilling.diagnosis.baseline import fit_baseline
     from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, long_enough
     from slider_drilling.diagnosis.to_json import to_json
-    from slider_drilling.log.time_window import cut_time_window
 
     baseline = fit_baseline(long_enough([before], MIN_BASELINE_S), rig) if isinstance(before, RigLog) else before
-    changed = cut_time_window(after, since, after.end)
-    return Answer(to_json(diagnose_change(baseline, [changed], rig, since=Since(since, found=True))), baseline)
+    since = Since(0.0, found=True, channel=channel)
+    return Answer(to_json(diagnose_change(baseline, [after], rig, since=since)), baseline)

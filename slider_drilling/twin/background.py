@@ -41,7 +41,7 @@ class Question:
     before: RigLog | PickledBaseline
     after: RigLog
     rig: Rig
-    since: float
+    channel: str | None
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def _reply_to(question: Question) -> Reply:
     before = question.before
     try:
         given = pickle.loads(before.content) if isinstance(before, PickledBaseline) else before
-        answer = question.ask(given, question.after, question.rig, question.since)
+        answer = question.ask(given, question.after, question.rig, question.channel)
     except Exception as problem:  # whatever is wrong with these samples, the twin goes on and says it
         error = " ".join(str(problem).split()) or type(problem).__name__
         return Reply(None, None, error, time.process_time(), peak_bytes() or 0)

@@ -93,7 +93,8 @@ class Diagnoser:
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
         after = recorded_log(self._buffers, self._rig, windows.after, now)
         self._asked_for, self._baseline = number, (baseline, number, end)
-        self._background.start(Question(self._ask, before, after, self._rig, 0.0))
+        channel = None if detection is None else detection.channel
+        self._background.start(Question(self._ask, before, after, self._rig, channel))
 
     def _take(self, background: BackgroundDiagnosis, now: float) -> None:
         reply = background.poll()

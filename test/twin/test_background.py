@@ -12,22 +12,22 @@ from slider_drilling.twin.background import BackgroundDiagnosis, Question
 _LOG = RigLog("test", 0)
 
 
-def answer_at_once(before, after, rig, since):
-    return Answer({"verdict": "effect", "effects": ["heave"], "since": since, "process": os.getpid()})
+def answer_at_once(before, after, rig, channel):
+    return Answer({"verdict": "effect", "effects": ["heave"], "channel": channel, "process": os.getpid()})
 
 
-def refuse(before, after, rig, since):
+def refuse(before, after, rig, channel):
     raise InputError("too short:\ngive more")
 
 
-def sleep_long(before, after, rig, since):
+def sleep_long(before, after, rig, channel):
     time.sleep(600.0)
     return Answer({})
 
 
 def _ask(question, rig):
     background = BackgroundDiagnosis()
-    background.start(Question(question, _LOG, _LOG, rig, 3.0))
+    background.start(Question(question, _LOG, _LOG, rig, "hook_load"))
     return background
 
 
@@ -49,7 +49,7 @@ def test_answer_comes_from_another_process(rig):
     background = _ask(answer_at_once, rig)
     reply = _await(background)
     background.close()
-    assert reply.tree["effects"] == ["heave"] and reply.tree["since"] == 3.0
+    assert reply.tree["effects"] == ["heave"] and reply.tree["channel"] == "hook_load"
     assert reply.tree["process"] != os.getpid()
     assert reply.error is None and reply.cpu > 0.0 and reply.peak > 1e6
 

@@ -170,7 +170,8 @@ def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaselin
     before = baseline or cut_time_window(log, *windows.before)
     background = BackgroundDiagnosis()
     try:
-        background.start(Question(diagnose_after, before, cut_time_window(log, windows.after, now), log.rig(), 0.0))
+        after = cut_time_window(log, windows.after, now)
+        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel))
         while (reply := background.poll()) is None:
             clock.sleep(_POLLED_S)
     finally:
