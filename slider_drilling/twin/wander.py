@@ -28,7 +28,8 @@ WANDERS = {
     ),
     ("surface_torque", "gain"): Wander(
         white=0.05, slow=0.12, memory=340, drift=0.03, jump=0.036, fresh=0.054,
-        weighed=0.37, steered=0.008, swung=0.16, threshold=11.0, smallest=0.3,
+        weighed=0.37, steered=0.008, swung=0.16, threshold=12.3, smallest=0.3,
+        values=4, before=9,
     ),
     ("surface_torque", "lag"): Wander(
         white=0.06, slow=0.042, memory=200, drift=0.008, jump=0.02, fresh=0.033,
@@ -36,7 +37,8 @@ WANDERS = {
     ),
     ("surface_torque", "spread"): Wander(
         white=0.06, slow=0.01, memory=300, drift=0.006, jump=0.014, fresh=0.017,
-        weighed=0.14, steered=0.004, swung=0.13, threshold=15.0, smallest=0.15,
+        weighed=0.14, steered=0.004, swung=0.13, threshold=21.7, smallest=0.15,
+        values=4, before=9,
     ),
     ("hook_load", "mean"): Wander(
         white=0.2, slow=0.92, memory=2400, drift=0.8, jump=0.38, fresh=0.06,
@@ -45,6 +47,7 @@ WANDERS = {
     ("hook_load", "gain"): Wander(
         white=0.06, slow=0.009, memory=2400, drift=0.01, jump=0.005, fresh=0.007,
         weighed=0.016, steered=0.002, swung=0.01, threshold=6.0, smallest=0.3,
+        values=4, before=9,
     ),
     ("hook_load", "lag"): Wander(
         white=0.1, slow=0.008, memory=2500, drift=0.005, jump=0.005, fresh=0.013,
@@ -52,11 +55,13 @@ WANDERS = {
     ),
     ("hook_load", "spread"): Wander(
         white=0.06, slow=0.005, memory=3000, drift=0.005, jump=0.005, fresh=0.008,
-        weighed=0.009, steered=0.002, swung=0.005, threshold=6.0, smallest=0.15,
+        weighed=0.009, steered=0.002, swung=0.005, threshold=8.0, smallest=0.15,
+        values=4, before=9,
     ),
     ("standpipe_pressure", "mean"): Wander(
         white=0.5, slow=1.7, memory=840, drift=0.3, jump=0.9, fresh=1.7,
-        weighed=2.9, steered=0.07, swung=2.5, threshold=10.5, smallest=2.0,
+        weighed=2.9, steered=0.07, swung=2.5, threshold=14.2, smallest=2.0,
+        values=4, before=9,
     ),
     ("standpipe_pressure", "spread"): Wander(
         white=0.08, slow=0.016, memory=1600, drift=0.005, jump=0.008, fresh=0.046,
