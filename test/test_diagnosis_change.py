@@ -190,14 +190,16 @@ def test_name_that_needs_another_change_is_none(moved, alone, beside):
     assert changed_beside(tried, _fitted(friction_1=alone)) == beside
 
 
-@pytest.mark.parametrize(("before", "after", "refused"), [(3.0, 2.8, True), (3.0, 1.2, False), (1.1, 1.1, False)])
-def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, before, after, refused):
+@pytest.mark.parametrize(
+    ("before", "without", "refused"), [(3.0, 1.06, True), (3.0, 1.0, True), (3.0, 3.0, False), (1.1, 1.1, False)]
+)
+def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, before, without, refused):
     """Unless that channel hardly differs: then it says nothing."""
     monkeypatch.setattr(change_answer, "usual_gaps", lambda problem, gap: {"standpipe_pressure": gap})
-    tried = SimpleNamespace(problem=None, fit=SimpleNamespace(residual=after))
-    search = SimpleNamespace(
-        problem=None, unchanged=SimpleNamespace(residual=before), seen_in="standpipe_pressure"
-    )  # fmt: skip
+    problem = SimpleNamespace(residuals=lambda values: [without])
+    effect = SimpleNamespace(parameters=())
+    tried = SimpleNamespace(problem=problem, fit=SimpleNamespace(residual=1.05, values={}), effect=effect)
+    search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=before), seen_in="standpipe_pressure")
     assert change_answer._explains_another_channel(tried, search) == refused
     assert not change_answer._explains_another_channel(tried, SimpleNamespace(**vars(search) | {"seen_in": None}))
 

@@ -44,8 +44,8 @@ class Constant:
 
 
 DECIDING = (
-    Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two candidates"),
-    Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the adequacy test"),
+    Constant("evidence.compare", "NAMING_LEVEL", (0.02, 0.1), "level of a test between two candidates"),
+    Constant("evidence.adequacy", "ADEQUACY_LEVEL", (0.003, 0.03), "level of the adequacy test"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "negligible E^2 - 1"),
     Constant("selection.evidence_tests", "MIN_GAP_CLOSED", (0.02, 0.1), "smallest relevant share of the gap"),
     Constant("selection.candidates", "MIN_FLOOR_CHANGE", (0.02, 0.1), "smallest relevant change of a noise floor"),
@@ -57,7 +57,7 @@ DECIDING = (
     Constant("problem.noise", "TRIM_FRACTION", (0.7, 0.9), "share of a record used for the noise floor"),
     Constant("problem.noise", "MAX_NOISE_RATIO", (1.4, 3.0), "accepted multiple of the declared noise"),
     Constant("evidence.score", "FOLDS", (4, 10), "cross-validation folds"),
-    Constant("evidence.free_forms", "_KNOTS", (5, 12), "coefficients of a free-form curve"),
+    Constant("evidence.sensor_forms", "_KNOTS", (5, 12), "coefficients of a free-form curve"),
 )
 EFFORT = (
     Constant("evidence.replicates", "_NUMBER", (5, 16), "replicates"),

@@ -167,19 +167,24 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
 
 
 def _explains_another_channel(tried: TriedChange, search: ChangeSearch) -> bool:
-    """Whether the channel in which the change was seen stays as different as it was."""
-    before, after = (
-        usual_gaps(problem, residual).get(search.seen_in or "", 1.0)
-        for problem, residual in ((search.problem, search.unchanged.residual), (tried.problem, tried.fit.residual))
-    )
-    return before > SAME_AS_BEFORE and bool(share_closed(before**2, after**2) < _MIN_EXPLAINED_THERE)
+    """Whether the channel in which the change was seen differs, and would fit as well without this candidate."""
+    channel = search.seen_in or ""
+    if usual_gaps(search.problem, search.unchanged.residual).get(channel, 1.0) <= SAME_AS_BEFORE:
+        return False
+    without = tried.problem.residuals([_without(tried)])[0]
+    missing, left = (usual_gaps(tried.problem, each)[channel] for each in (without, tried.fit.residual))
+    return missing <= 1.0 or bool(share_closed(missing**2, left**2) < _MIN_EXPLAINED_THERE)
+
+
+def _without(tried: TriedChange) -> dict[str, float]:
+    """The fitted values, the candidate's own at nothing."""
+    return {**tried.fit.values, **{parameter.name: parameter.nominal for parameter in tried.effect.parameters}}
 
 
 def is_physical_and_material(tried: TriedChange) -> bool:
     """Whether the fitted values are what the name stands for, and large enough that somebody acts on them."""
     effect, values = tried.effect, tried.fit.values
-    neutral = {parameter.name: parameter.nominal for parameter in effect.parameters}
-    before, after = user_values(tried.problem, {**values, **neutral}), user_values(tried.problem, values)
+    before, after = user_values(tried.problem, _without(tried)), user_values(tried.problem, values)
     return effect.is_physical(values) and effect.is_material(before, after)
 
 
