@@ -43,6 +43,9 @@ def square(job):
         os.kill(os.getpid(), signal.SIGKILL)
     return {"square": number**2}
 
+def own_process(job):
+    return {"process": os.getpid()}
+
 def peep(job):
     return {"seen": Path(job.options["at"]).read_text()}
 
@@ -129,6 +132,14 @@ def test_job_that_raises_or_dies_fails_alone(tmp_path, jobs):
     assert results.error(ran.keys[1]) == said["of 1"] and results.error(ran.keys[3]) == said["of 3"]
     assert "line" in (results.folder / f"{ran.keys[1]}.error").read_text()  # the traceback is kept
     assert squares(results.folder, [ran.keys[k] for k in (0, 2, 4, 5)]) == [0, 4, 16, 25]
+
+
+@pytest.mark.parametrize(("new", "processes"), [(False, 1), (True, 3)])
+def test_job_that_measures_memory_has_a_process_of_its_own(tmp_path, jobs, new, processes):
+    work = [dataclasses.replace(job, call="squares_of_files:own_process", new_process=new) for job in jobs(3)]
+    ran = run_jobs(work, tmp_path / "results", WorkerSettings(1))
+    results = [ResultFolder(tmp_path / "results").read(key).tree for key in ran.keys]
+    assert len({each["process"] for each in results}) == processes
 
 
 def test_failed_job_is_run_again(tmp_path, jobs):

@@ -31,6 +31,7 @@ class Job:
         seed: Of the function.
         outputs: Files that the function writes besides its result. The job is done only while they exist.
         forbidden_folders: Folders in which the function can open nothing but its inputs and outputs.
+        new_process: Whether its process may have run no other job: the function measures its own memory.
     """
 
     call: str
@@ -40,6 +41,7 @@ class Job:
     seed: int = 0
     outputs: tuple[str, ...] = ()
     forbidden_folders: tuple[str, ...] = ()
+    new_process: bool = False
 
     def dependencies(self) -> dict[str, Any]:
         """Returns everything that the result depends on.

@@ -47,6 +47,8 @@ class WorkerProcesses:
         with self._lock:
             if self.stopped:
                 return "stopped"
+            if worker is not None and job.new_process and worker.is_alive():
+                worker.end()
             if worker is None or not worker.is_alive():
                 self._of_thread.worker = worker = _WorkerProcess()
                 self._all.append(worker)
@@ -77,6 +79,10 @@ class _WorkerProcess:
 
     def kill(self) -> None:
         self._process.kill()
+
+    def end(self) -> None:
+        self.kill()
+        self._how_it_ended()
 
     def run(self, job: Job, key: str, folder: Path) -> str | None:
         assert self._process.stdin is not None and self._process.stdout is not None

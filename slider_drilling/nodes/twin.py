@@ -27,6 +27,7 @@ from slider_drilling.nodes.twin_topics import TwinPublishers
 from slider_drilling.nodes.watchdog import SILENCE_PERIOD, Watchdog
 from slider_drilling.rig.rig_file import dump_rig
 from slider_drilling.twin import Twin, TwinReport, TwinSettings, diagnose_after
+from slider_drilling.twin.settings import LIMITS
 
 ADVANCE_PERIOD = 0.1  # s of wall time between two looks for seconds that are complete
 MAX_GAP = 600.0  # s by which a stamp may be ahead of those before
@@ -54,14 +55,14 @@ class TwinNode(ManagedNode):
         RIG_PARAMETER,
         NodeParameter("diagnose_changes", True, "ask for a diagnosis after a detection, in a process of its own"),
         NodeParameter("calibrated_rig", "calibrated_rig.yaml", "path that the service save_rig writes the rig file to"),
-        NodeParameter("elements", _SETTINGS.elements, "of the simulated string", "-", 20, 400),
+        NodeParameter("elements", _SETTINGS.elements, "of the simulated string", "-", *LIMITS["elements"]),
         NodeParameter("learning", _SETTINGS.learning, "undisturbed work after which the twin is calibrated and watches",
-                      "s", 60.0, 3600.0),
+                      "s", *LIMITS["learning"]),
         NodeParameter("patience", _SETTINGS.patience, "how long it waits for samples of the drives that are late", "s",
-                      0.0, 60.0),
-        NodeParameter("forecast", _SETTINGS.forecast, "how far a forecast looks ahead; 0: no forecast", "s", 0.0,
-                      300.0),
-        NodeParameter("kept", _SETTINGS.kept, "samples that are kept for a diagnosis", "s", 600.0, 14400.0),
+                      *LIMITS["patience"]),
+        NodeParameter("forecast", _SETTINGS.forecast, "how far a forecast looks ahead; 0: no forecast", "s",
+                      *LIMITS["forecast"]),
+        NodeParameter("kept", _SETTINGS.kept, "samples that are kept for a diagnosis", "s", *LIMITS["kept"]),
         COMMON_TOPIC,
         *JOINT_NAMES,
         AUTOSTART,

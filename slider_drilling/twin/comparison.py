@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.twin.channels import COMPARED, SURFACE
 from slider_drilling.twin.gap import WINDOWS_S, RunningGap
 from slider_drilling.twin.history import History
@@ -44,7 +45,7 @@ class Comparison:
             return 0.0
         differences = np.array(self._differences)
         reference = math.atan2(float(np.mean(np.sin(differences))), float(np.mean(np.cos(differences))))
-        return reference + float(np.median(wrapped(differences - reference)))
+        return reference + float(np.median(wrap_angle(differences - reference)))
 
     def measured(self, channel: str, grid: Array) -> Array:
         """A channel at the times of an even grid (n,); NaN where it was not measured."""
@@ -100,14 +101,9 @@ class Comparison:
         if not time.size:
             return
         self._tool_face_until = float(time[-1])
-        difference = wrapped(value - history.at("tool_face", time, values))
+        difference = wrap_angle(value - history.at("tool_face", time, values))
         known = np.isfinite(difference)
         for at, each in zip(time[known], difference[known], strict=True):
             if self._differences:
-                self.gaps["tool_face"].add(float(at), wrapped(np.array([each - self.tool_face_offset])))
+                self.gaps["tool_face"].add(float(at), wrap_angle(np.array([each - self.tool_face_offset])))
             self._differences.append(float(each))
-
-
-def wrapped(angle: Array) -> Array:
-    """Angles in [-pi, pi)."""
-    return np.asarray((angle + math.pi) % (2.0 * math.pi) - math.pi)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.angles import wrap_angle
 from slider_drilling.drillstring import Commands
 from slider_drilling.twin.channels import COMPARED
 from slider_drilling.twin.follower import Follower
@@ -72,15 +73,11 @@ class ToolFaceSkill:
         while self._open and self._open[0][0] <= forecast.made_at:
             _, predicted, before = self._open.popleft()
             self._squares = _PRIOR_SQUARES + _KEPT * (self._squares - _PRIOR_SQUARES) + predicted**2
-            self._products = _KEPT * self._products + predicted * _wrapped(reading - before)
+            self._products = _KEPT * self._products + predicted * wrap_angle(reading - before)
         change = forecast.tool_face - present
-        self._open.append((float(forecast.time[-1]), _wrapped(float(change[-1])), reading))
-        begin = present + offset + _wrapped(reading - present - offset)
+        self._open.append((float(forecast.time[-1]), wrap_angle(float(change[-1])), reading))
+        begin = present + offset + wrap_angle(reading - present - offset)
         return replace(forecast, tool_face=begin + self.share * change)
-
-
-def _wrapped(angle: float) -> float:
-    return math.remainder(angle, 2.0 * math.pi)
 
 
 def continued(past: Commands, period: float | None, ahead: float, interval: float) -> Commands:

@@ -1,12 +1,12 @@
 """Learning: once the twin has seen some minutes, it simulates them again with better numbers, and then takes over.
 
-The plants run thousands of times faster than the rig. A second look at the minutes learnt is done in slices of some
-milliseconds, one with every second of the rig, until it has caught up with it.
+The plants run thousands of times faster than the rig. The minutes learnt are simulated again in slices of some
+milliseconds, one with every second of the rig, until they have caught up with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from slider_drilling.drillstring import Commands
@@ -42,7 +42,10 @@ class Relearning:
         values: (p,) to begin with.
     """
 
-    def __init__(self, make_follower, make_calibration, values: Array) -> None:  # type: ignore[no-untyped-def]
+    def __init__(
+        self, make_follower: Callable[[Array], Follower], make_calibration: Callable[[], RecursiveCalibration],
+        values: Array,
+    ) -> None:  # fmt: skip
         self._make_follower, self._make_calibration = make_follower, make_calibration
         self._round, self._next = 0, 0
         self._begin(values)
@@ -69,5 +72,5 @@ class Relearning:
 
     def _begin(self, values: Array) -> None:
         self._next = 0
-        self._follower: Follower = self._make_follower(values)
-        self._calibration: RecursiveCalibration = self._make_calibration()
+        self._follower = self._make_follower(values)
+        self._calibration = self._make_calibration()

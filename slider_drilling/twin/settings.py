@@ -6,6 +6,12 @@ from dataclasses import dataclass
 
 from slider_drilling.errors import InputError
 
+LIMITS: dict[str, tuple[float, float]] = {
+    "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0), "patience": (0.0, 60.0),
+    "learning": (60.0, 3600.0), "forecast": (0.0, 300.0), "forecast_every": (1.0, 600.0), "kept": (600.0, 14400.0),
+}  # fmt: skip
+"""Lowest and highest value of each setting."""
+
 
 @dataclass(frozen=True)
 class TwinSettings:
@@ -32,12 +38,7 @@ class TwinSettings:
     kept: float = 3600.0
 
     def __post_init__(self) -> None:
-        limits = {
-            "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0), "patience": (0.0, 60.0),
-            "learning": (60.0, 3600.0), "forecast": (0.0, 300.0), "forecast_every": (1.0, 600.0),
-            "kept": (600.0, 14400.0),
-        }  # fmt: skip
-        for name, (low, high) in limits.items():
+        for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise InputError(f"twin: {name} = {value:g}: must be within {low:g} to {high:g}")

@@ -98,7 +98,8 @@ def watch_job(log: Path, forbidden: tuple[str, ...], diagnose: bool = True) -> J
         diagnose: Whether to ask what has changed.
     """
     call = "slider_drilling.blind.slides.watched:watch_sealed"
-    return Job(call, log.stem, {"log": str(log)}, {"diagnose": diagnose}, forbidden_folders=forbidden)
+    options = {"diagnose": diagnose}
+    return Job(call, log.stem, {"log": str(log)}, options, forbidden_folders=forbidden, new_process=True)
 
 
 def watch_sealed(job: Job) -> dict[str, Any]:
