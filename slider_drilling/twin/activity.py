@@ -126,7 +126,7 @@ class ActivityMonitor:
         self._unsettled = "the twin has just begun"
         self._unsettled_until: float | None = None
         self._mode = ""
-        self._stretch, self._begun = 0, -np.inf
+        self._stretch, self._stretch_start = 0, -np.inf
         self._last_period, self._steered_until = _DEFAULT_WINDOW_S, -np.inf
         self._angles: deque[Array] = deque(maxlen=round(_PERIODS_S[1]) + 1)
         self._centres: deque[float] = deque(maxlen=round(_CENTRE_S))
@@ -141,7 +141,7 @@ class ActivityMonitor:
         """Take the drives' motion of the last second and the plant's mean weight on bit in it, N."""
         now = float(commands.time[-1])
         if self._unsettled_until is None:
-            self._unsettled_until, self._begun = now + _SETTLING_S, now
+            self._unsettled_until, self._stretch_start = now + _SETTLING_S, now
             self._moved_at = self._turned_since = float(commands.time[0])
         self._valid_until = np.inf
         self._follow_drive(commands)
@@ -160,12 +160,12 @@ class ActivityMonitor:
         self._follow_centre(commands, now)
         why = self._why_unsettled(mode, now)
         period = self._period()
-        comparable = mode not in _IDLE and now - self._begun >= period + _FADING_S
+        comparable = mode not in _IDLE and now - self._stretch_start >= period + _FADING_S
         after = _CIRCULATING_WINDOW_S + _CIRCULATING_AFTER_S
-        circulating = mode == OFF_BOTTOM and now - self._begun >= after
+        circulating = mode == OFF_BOTTOM and now - self._stretch_start >= after
         hanging = circulating and now - self._block_moved_at >= after
         return Activity(
-            mode, not why, why, period, self._stretch, self._begun, comparable, circulating, hanging,
+            mode, not why, why, period, self._stretch, self._stretch_start, comparable, circulating, hanging,
             ended or hanging, self._valid_until, self._load, self._steering.total, self._swing,
         )  # fmt: skip
 
@@ -179,7 +179,7 @@ class ActivityMonitor:
 
     def disturb(self, now: float, why: str) -> None:
         """End the stretch of work now, s, for a reason in words."""
-        self._stretch, self._begun = self._stretch + 1, now
+        self._stretch, self._stretch_start = self._stretch + 1, now
         self._unsettle(now, why)
 
     def _unsettle(self, now: float, why: str) -> None:
@@ -208,7 +208,7 @@ class ActivityMonitor:
         if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
             self._steered_until = now + _STEERING_S
         self._centres.append(centre)
-        if self._mode == "rocking" and now >= self._begun + self._last_period:
+        if self._mode == "rocking" and now >= self._stretch_start + self._last_period:
             self._notice_wider_swing(now)
         self._steering.add(centre if self._mode == "rocking" else math.nan, self._last_period)
 

@@ -1,7 +1,7 @@
 """How features wander on rigs that do not change, learnt from slides of plants of foreign structure.
 
 The numbers are in noise levels of the channel: those of maximum likelihood, rounded, over slides with operations of 36
-foreign rigs, as long as nothing had begun (`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a
+foreign rigs, before anything begins (`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a
 mean has of its own is set by hand: less of it makes a small move within a stretch look like a change. A threshold is a
 little above the largest evidence of these slides, each half tested with the numbers of the other, and of what 42 more
 show before something begins in them: 31 h.

@@ -28,7 +28,7 @@ class Driller:
     def __init__(self, rig: Rig, operations: Sequence[Operation], target: float) -> None:
         self._rig, self._operations, self._target = rig, tuple(operations), target
         self._settings = SlideSettings()
-        self._begun: set[str] = set()
+        self._started: set[str] = set()
         self._began = Measurements(0.0, 0.0, 0.0, math.nan, 0.0, 0.0, math.nan, math.nan, 0.0)
         self._controller = SlideController(rig, self._settings, target)
         self._operating = False
@@ -56,9 +56,9 @@ class Driller:
     def _begin(self, time: float) -> None:
         """New targets and flows take effect."""
         for each in self._operations:
-            if DURATIONS[each.name] or each.start > time or each.name in self._begun:
+            if DURATIONS[each.name] or each.start > time or each.name in self._started:
                 continue
-            self._begun.add(each.name)
+            self._started.add(each.name)
             if each.name == "flow":
                 reference = self._rig.reference_pump_speed
                 self._settings = replace(self._settings, pump_speed=each.amount * reference)

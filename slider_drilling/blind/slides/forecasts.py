@@ -48,7 +48,7 @@ class ForecastLog:
         self._made: dict[float, Forecast] = {}
 
     def add(self, report: TwinReport) -> None:
-        """Keep the forecast of a report, if it has one and judges what it sees."""
+        """Keep the forecast of a report, if it has one and compares what it sees."""
         forecast = report.forecast
         if forecast is not None and report.state == "watching":
             self._made.setdefault(forecast.made_at, forecast)
