@@ -6,7 +6,6 @@ stretches of the same mode. Calibration is stricter: it also waits until the bit
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -14,13 +13,9 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands
 from slider_drilling.rig import Rig
-from slider_drilling.twin.samples import Array
+from slider_drilling.twin.bit_load import BitLoad
+from slider_drilling.twin.rocking_motion import RockingMotion
 
-_MEMORY_S = 120.0
-_STILL = 0.02  # rad/s, of a drive that is parked
-_PARKED_S = 8.0  # without motion, after which a drive is parked
-_TURNING_S, _TURNING_SHARE = 12.0, 0.7  # in one direction, and of the rocking period, after which a drive turns
-_CENTRE_S, _CENTRE_SHIFT = 30.0, 3.0  # s, and rad by which the centre of the rocking moves in it: steering
 _SETTLING_S = 60.0  # after a change of what the rig does, until the rig is calibrated again
 _FADING_S = 30.0  # after it, in which no channel is compared
 _STEERING_S = 30.0  # after it
@@ -30,17 +25,9 @@ _LIFTED_M, _BLOCK_S = 0.05, 15  # by which a block picks up, m, and s over which
 OFF_BOTTOM = "off bottom"
 """Mode in which circulation alone is compared."""
 _IDLE = {"hardly loaded": "the bit is hardly loaded", OFF_BOTTOM: "off bottom", "pump off": "pump off"}
-_PERIODS_S = (6.0, 80.0)  # of rocking
-_DEFAULT_WINDOW_S = 20.0
 _CIRCULATING_WINDOW_S, _CIRCULATING_AFTER_S = 8.0, 7.0  # of circulation alone, and after what came before it
 _MOVED_M = 0.002  # in a second, by which the block moves: a bit off bottom may touch it any time
 _TOUCHED_S = 15.0  # before the plant's bit touches bottom, in which the rig's may have done so already
-_LOADING_S, _LOAD_MEMORY_S = 300.0, 40  # after the bit came on bottom, in which it is loaded; seconds looked at
-_LONGEST_LIFT_S = 20.0  # without weight, that a bit which stays on bottom may show within a rocking period
-_STEADY_LOAD = 0.15  # of the weight on bit, within which it is steady
-_SMALL_SHIFT = 1.0  # rad: smaller changes from period to period are jitter
-_LEAST_SWING, _WIDER = 0.1, 0.1  # rad; share by which a swing exceeds all before: it reaches what has not been seen yet
-_LIGHT, _LOADED = 0.12, 0.2  # of the largest load: the bit hardly drills below the first, until it exceeds the second
 
 
 @dataclass(frozen=True)
@@ -81,32 +68,6 @@ class Activity:
     swing: float = 0.0
 
 
-class Travel:
-    """How far something has moved: the sum of its changes from one rocking period to the next.
-
-    Args:
-        small: Changes up to this size count by their squares, larger ones by their size.
-
-    Attributes:
-        total: So far.
-    """
-
-    def __init__(self, small: float) -> None:
-        self._small = small
-        self.total = 0.0
-        self._means: deque[float] = deque(maxlen=round(_PERIODS_S[1]))
-
-    def add(self, mean: float, period: float) -> None:
-        """Take the mean of the period, s, that ends now, once a second; NaN where it has none: it begins anew."""
-        if math.isnan(mean):
-            self._means.clear()
-        else:
-            self._means.append(mean)
-        apart = max(round(period), 1)
-        moved = self._means[-1] - self._means[-1 - apart] if len(self._means) > apart else 0.0
-        self.total += moved**2 / (self._small + abs(moved)) / apart
-
-
 class ActivityMonitor:
     """Follows what the rig does from the motion of its drives and from the plant beside it.
 
@@ -116,66 +77,43 @@ class ActivityMonitor:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self._reversals: deque[float] = deque()
-        self._direction = 0.0
-        self._moved_at = self._turned_since = -np.inf
+        self._drive: RockingMotion | None = None
+        self._bit = BitLoad()
         self._flow: float | None = None
         self._blocks: deque[float] = deque(maxlen=_BLOCK_S)
         self._lowest = -np.inf  # m, lowest mean of the block so far, from which it is lifted
         self._block_moved_at = -np.inf
-        self._unsettled = "the twin has just begun"
-        self._unsettled_until: float | None = None
+        self._unsettled, self._unsettled_until = "the twin has just begun", -np.inf
+        self._steered_until = self._valid_until = -np.inf
         self._mode = ""
         self._stretch, self._stretch_start = 0, -np.inf
-        self._last_period, self._steered_until = _DEFAULT_WINDOW_S, -np.inf
-        self._angles: deque[Array] = deque(maxlen=round(_PERIODS_S[1]) + 1)
-        self._centres: deque[float] = deque(maxlen=round(_CENTRE_S))
-        self._valid_until = np.inf
-        self._loads: deque[float] = deque(maxlen=_LOAD_MEMORY_S)
-        self._on_bottom_at = self._on_bottom_since = -np.inf
-        self._steering = Travel(_SMALL_SHIFT)
-        self._load, self._largest_load, self._light = 0.0, 1.0, False
-        self._swing, self._widest = 0.0, -math.inf
 
     def update(self, commands: Commands, weight_on_bit: float) -> Activity:
         """Take the drives' motion of the last second and the plant's mean weight on bit in it, N."""
         now = float(commands.time[-1])
-        if self._unsettled_until is None:
+        if self._drive is None:
+            self._drive = RockingMotion(float(commands.time[0]))
             self._unsettled_until, self._stretch_start = now + _SETTLING_S, now
-            self._moved_at = self._turned_since = float(commands.time[0])
+        drive = self._drive
         self._valid_until = np.inf
-        self._follow_drive(commands)
+        drive.add(commands)
         self._follow_pump(commands, now)
         self._follow_block(commands, now)
-        self._follow_load(weight_on_bit, now)
-        mode = self._present_mode(now)
-        ended = self._mode == OFF_BOTTOM != mode
-        if mode != self._mode:
-            self.disturb(now, _IDLE.get(mode, f"the rig is {mode}"))
-            if mode in ("parked", "turning"):
-                self._valid_until = self._moved_at if mode == "parked" else self._turned_since
-            elif ended and mode != "pump off":
-                self._valid_until = now - _TOUCHED_S
-            self._mode = mode
-        self._follow_centre(commands, now)
-        why = self._why_unsettled(mode, now)
-        period = self._period()
-        comparable = mode not in _IDLE and now - self._stretch_start >= period + _FADING_S
+        self._bit.add(weight_on_bit, now, drive.period)
+        if self._bit.is_rising(now):
+            self._unsettle(now, "the bit is being loaded")
+        ended = self._follow_mode(drive, now)
+        self._follow_steering(drive, commands, now)
+        why = self._why_unsettled(now)
+        period = _CIRCULATING_WINDOW_S if self._mode == OFF_BOTTOM else drive.update_period(self._mode == "rocking")
+        comparable = self._mode not in _IDLE and now - self._stretch_start >= period + _FADING_S
         after = _CIRCULATING_WINDOW_S + _CIRCULATING_AFTER_S
-        circulating = mode == OFF_BOTTOM and now - self._stretch_start >= after
+        circulating = self._mode == OFF_BOTTOM and now - self._stretch_start >= after
         hanging = circulating and now - self._block_moved_at >= after
         return Activity(
-            mode, not why, why, period, self._stretch, self._stretch_start, comparable, circulating, hanging,
-            ended or hanging, self._valid_until, self._load, self._steering.total, self._swing,
+            self._mode, not why, why, period, self._stretch, self._stretch_start, comparable, circulating, hanging,
+            ended or hanging, self._valid_until, self._bit.share, drive.travel, drive.swing,
         )  # fmt: skip
-
-    def _why_unsettled(self, mode: str, now: float) -> str:
-        """Why the rig cannot be calibrated now; empty if it can."""
-        if mode in _IDLE:
-            return _IDLE[mode]
-        if self._unsettled_until is not None and now < self._unsettled_until:
-            return self._unsettled
-        return "the centre of the rocking moves" if now < self._steered_until else ""
 
     def disturb(self, now: float, why: str) -> None:
         """End the stretch of work now, s, for a reason in words."""
@@ -185,40 +123,42 @@ class ActivityMonitor:
     def _unsettle(self, now: float, why: str) -> None:
         self._unsettled, self._unsettled_until = why, now + _SETTLING_S
 
-    def _follow_drive(self, commands: Commands) -> None:
-        for time, speed in zip(commands.time, commands.top_drive_speed, strict=True):
-            if abs(speed) <= _STILL:
-                continue
-            self._moved_at = float(time)
-            if speed * self._direction < 0.0:
-                self._reversals.append(float(time))
-            if speed * self._direction <= 0.0:
-                self._turned_since = float(time)
-                self._direction = float(np.sign(speed))
-        while self._reversals and self._reversals[0] < commands.time[-1] - _MEMORY_S:
-            self._reversals.popleft()
+    def _why_unsettled(self, now: float) -> str:
+        """Why the rig cannot be calibrated now; empty if it can."""
+        if self._mode in _IDLE:
+            return _IDLE[self._mode]
+        if now < self._unsettled_until:
+            return self._unsettled
+        return "the centre of the rocking moves" if now < self._steered_until else ""
 
-    def _follow_centre(self, commands: Commands, now: float) -> None:
-        """Notice steering: the mean angle of a rocking period moves."""
-        self._angles.append(commands.top_drive_angle)
-        interval = float(commands.time[1] - commands.time[0])
-        recent = np.concatenate(list(self._angles)[-math.ceil(self._last_period) - 1 :])
-        recent = recent[-max(round(self._last_period / interval), 1) :]
-        centre, self._swing = float(np.mean(recent)), math.log(max(float(np.ptp(recent)), _LEAST_SWING))
-        if self._mode == "rocking" and self._centres and abs(centre - self._centres[0]) > _CENTRE_SHIFT:
+    def _follow_mode(self, drive: RockingMotion, now: float) -> bool:
+        """Begin another stretch where the rig does something else; whether work off bottom has ended."""
+        mode = self._present_mode(drive, now)
+        ended = self._mode == OFF_BOTTOM != mode
+        if mode != self._mode:
+            self.disturb(now, _IDLE.get(mode, f"the rig is {mode}"))
+            if mode in ("parked", "turning"):
+                self._valid_until = drive.moved_at if mode == "parked" else drive.turned_since
+            elif ended and mode != "pump off":
+                self._valid_until = now - _TOUCHED_S
+            self._mode = mode
+        return ended
+
+    def _present_mode(self, drive: RockingMotion, now: float) -> str:
+        if self._flow is not None and self._flow < _PUMP_ON:
+            return "pump off"
+        if self._bit.off_bottom(now, drive.period):
+            return OFF_BOTTOM
+        return "hardly loaded" if self._bit.light else drive.mode(now)
+
+    def _follow_steering(self, drive: RockingMotion, commands: Commands, now: float) -> None:
+        """Notice steering, and a swing that may turn what has been at rest: other work, until it has settled."""
+        rocking = self._mode == "rocking"
+        if drive.follow_centre(rocking, float(commands.time[1] - commands.time[0])):
             self._steered_until = now + _STEERING_S
-        self._centres.append(centre)
-        if self._mode == "rocking" and now >= self._stretch_start + self._last_period:
-            self._notice_wider_swing(now)
-        self._steering.add(centre if self._mode == "rocking" else math.nan, self._last_period)
-
-    def _notice_wider_swing(self, now: float) -> None:
-        """A swing that is wider than any before may turn what has been at rest: other work, until it has settled."""
-        if self._swing > self._widest + _WIDER:
-            if math.isfinite(self._widest):
-                self.disturb(now, "the drive swings wider than before")
-                self._valid_until = min(self._valid_until, now - 2.0 * self._last_period)
-            self._widest = self._swing
+        if rocking and now >= self._stretch_start + drive.period and drive.swings_wider():
+            self.disturb(now, "the drive swings wider than before")
+            self._valid_until = min(self._valid_until, now - 2.0 * drive.period)
 
     def _follow_pump(self, commands: Commands, now: float) -> None:
         share = float(np.mean(commands.pump_speed)) * self._rig.mud_pump.displacement
@@ -239,48 +179,3 @@ class ActivityMonitor:
             self._valid_until = min(self._valid_until, now - len(self._blocks))
             self._lowest = block
         self._lowest = max(self._lowest, block)
-
-    def _follow_load(self, weight_on_bit: float, now: float) -> None:
-        """Whether the bit is on bottom, and loaded. Weight is compared over rocking periods: it swings within one."""
-        if weight_on_bit > 0.0:
-            self._on_bottom_at = now
-        if self._off_bottom(now):
-            self._on_bottom_since = now
-        self._loads.append(weight_on_bit)
-        if math.isfinite(weight_on_bit):
-            self._largest_load = max(self._largest_load, float(np.mean(self._loads)))
-            self._load = float(np.mean(list(self._loads)[-max(round(self._last_period), 1) :])) / self._largest_load
-            self._light = self._load < (_LOADED if self._light else _LIGHT)
-        if now - self._on_bottom_since < _LOADING_S:
-            half = len(self._loads) // 2
-            loads = np.array(self._loads)
-            steady = half and abs(np.mean(loads[:half]) - np.mean(loads[half:])) < _STEADY_LOAD * np.mean(loads)
-            if not steady or half < _LOAD_MEMORY_S // 2:
-                self._unsettle(now, "the bit is being loaded")
-
-    def _off_bottom(self, now: float) -> bool:
-        """Without weight for a whole rocking period: a momentary lift is none."""
-        return now - self._on_bottom_at >= min(self._last_period, _LONGEST_LIFT_S)
-
-    def _present_mode(self, now: float) -> str:
-        if self._flow is not None and self._flow < _PUMP_ON:
-            return "pump off"
-        if self._off_bottom(now):
-            return OFF_BOTTOM
-        if self._light:
-            return "hardly loaded"
-        if now - self._moved_at > _PARKED_S:
-            return "parked"
-        if now - self._turned_since > max(_TURNING_S, _TURNING_SHARE * self._last_period):
-            return "turning"
-        return "rocking"
-
-    def _period(self) -> float:
-        if self._mode == OFF_BOTTOM:
-            return _CIRCULATING_WINDOW_S
-        if self._mode != "rocking" or len(self._reversals) < 3:
-            return _DEFAULT_WINDOW_S
-        strokes = np.diff(np.array(self._reversals))
-        period = 2.0 * float(np.median(strokes[strokes > 1.0])) if (strokes > 1.0).any() else _DEFAULT_WINDOW_S
-        self._last_period = float(np.clip(period, *_PERIODS_S))
-        return self._last_period

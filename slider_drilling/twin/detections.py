@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from slider_drilling.twin.channels import COMPARED
 from slider_drilling.twin.detector import Alarm
+from slider_drilling.twin.features import FEATURES
 from slider_drilling.twin.report import Detection
 
 _SAME_S = 120.0  # after a detection, in which other channels show the same change
@@ -16,9 +17,9 @@ _BACK = (0.5, 2.0)  # of its size, by which a change that is over went back
 _MIN_EVENT_S = 15.0
 _SITES = {
     ("surface_torque", "mean"): "sensor", ("surface_torque", "gain"): "contact", ("surface_torque", "lag"): "top_drive",
-    ("surface_torque", "spread"): "contact", ("hook_load", "spread"): "draw_works", ("hook_load", "mean"): "draw_works",
-    ("standpipe_pressure", "mean"): "hydraulics",
-}  # fmt: skip
+    ("surface_torque", "spread"): "contact", ("standpipe_pressure", "mean"): "hydraulics",
+    **{("hook_load", kind): "draw_works" for kind in FEATURES},
+}
 _VERBS = {
     "mean": ("rose", "fell"), "gain": ("moves more", "moves less"), "lag": ("is earlier", "is later"),
     "spread": ("scatters more", "scatters less"),
