@@ -145,6 +145,19 @@ def test_planted_folder_link_is_not_followed(tmp_path):
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
+def test_report_that_cannot_be_replaced_ends_before_the_work(tmp_path):
+    for seed, name in enumerate(("monday", "tuesday")):
+        write_idle(tmp_path / "logs" / f"{name}.mcap", seed)
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "monday").write_text("mine")
+    with pytest.raises(InputError, match="out/monday"):
+        CliRunner().invoke(
+            group, ["diagnose", str(tmp_path / "logs"), "-o", str(out)], standalone_mode=False, catch_exceptions=False
+        )
+    assert sorted(path.name for path in out.iterdir()) == ["monday"]
+
+
 @pytest.mark.slow
 def test_unreadable_log_fails_alone(tmp_path):
     logs = tmp_path / "logs"

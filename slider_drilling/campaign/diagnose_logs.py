@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import delete_old, make_subfolder, write_atomically
+from slider_drilling.files.output_files import check_outputs, delete_old, make_subfolder, write_atomically
 from slider_drilling.log.log_files import logs_below
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.user_code import source_files
@@ -197,6 +198,23 @@ def row_of_result(log: Path, folder: str, result: JobResult) -> LogRow:
     if not all(isinstance(cell, str) for cell in cells(row)):
         raise ValueError
     return row
+
+
+def check_report_files(output: Path, folders: Sequence[str], inputs: Sequence[Path | None]) -> None:
+    """Check before any work that the reports of an earlier run can be replaced.
+
+    Args:
+        output: Where the folders of the logs are.
+        folders: Their names.
+        inputs: Files to be read.
+
+    Raises:
+        InputError: A folder is a link or a file, or a report cannot be written.
+    """
+    from slider_drilling.diagnosis.save import FILES, NEXT_PROGRAMME
+
+    there = [make_subfolder(output, folder) for folder in folders if os.path.lexists(output / folder)]
+    check_outputs([folder / name for folder in there for name in (*FILES, NEXT_PROGRAMME)], inputs)
 
 
 def write_report_files(files: Mapping[str, str], output: Path, folder: str) -> None:

@@ -30,6 +30,7 @@ def diagnose_each(
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.campaign.diagnose_logs import (
         as_json,
+        check_report_files,
         folder_names,
         log_job,
         logs_page,
@@ -44,6 +45,7 @@ def diagnose_each(
     make_folder(output)
     check_outputs([output / PAGE, output / FILE], (*logs, options.rig))
     names = folder_names(logs)
+    check_report_files(output, names, (*logs, options.rig))
     jobs = [log_job(log, options) for log in logs]
     ran = run_with_progress("diagnosing", jobs, make_subfolder(output, RESULTS), where)
     rows = []
