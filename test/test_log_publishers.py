@@ -175,6 +175,20 @@ def test_two_publishers_in_one_channel_are_refused(
         read_log(write(tmp_path / "log.mcap", ours + others(values, 0.03, period)))
 
 
+@pytest.mark.parametrize("constant", [False, True])
+@pytest.mark.parametrize("late", [0.0, 0.03])
+def test_two_publishers_of_one_reading_are_seen_by_their_clocks(tmp_path: Path, late: float, constant: bool) -> None:
+    """Where nothing but the torque differs."""
+    rows = real()
+    rows += [
+        (1, time + late, state(time + late, (angle(time), 0.5, 90.0 if constant else 3000.0 + torque(time))), 0)
+        for _, time, _, _ in real()
+    ]
+    path = write(tmp_path / "log.mcap", [(*row[:3], 0) for row in rows])
+    with pytest.raises(InputError, match="two publishers in one channel: its values jump away and back"):
+        read_log(path)
+
+
 @pytest.mark.parametrize("column", [1, 2])
 def test_a_reading_that_swings_at_half_the_rate_is_kept(tmp_path: Path, column: int) -> None:
     rows = []

@@ -1,7 +1,8 @@
 """Distinguishes two publishers in one channel by their values: every so many samples are another one's.
 
 A bag has one channel for all publishers of a topic, and most recorders number no messages. What is left are the values:
-an angle that jumps away and back with nearly every sample is two angles.
+an angle that jumps away and back with nearly every sample is two angles, and so is a reading whose stamps alternate,
+too, as those of two clocks do.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.timestamps import MAX_STEP_BACK, Array, StampedSamples
@@ -19,6 +21,8 @@ _FAR = 0.1  # of the channel's range (5 to 95 %): the noise of a reading is less
 _SHARE = 0.8  # of the gaps between excursions that are as long as usual
 _USUAL = (0.6, 1.5)
 _MIN_VALUES = 10  # different ones; a coarse number that changes between two levels has two
+_FEW_ZEROS = 0.2  # of the values; a publisher of zeros has a rule of its own
+_UNEVEN, _EVEN = 0.1, 0.05  # of two intervals: how much they differ in turn, and every other one at most
 
 
 def keep_one_of_interleaved(
@@ -36,20 +40,21 @@ def keep_one_of_interleaved(
     Raises:
         InputError: The values of both publishers change.
     """
-    values = track.values[np.lexsort((track.logged, track.stamp))]
+    order = np.lexsort((track.logged, track.stamp))
+    values, stamps = track.values[order], track.stamp[order]
     is_one_run = np.diff(track.stamp).min(initial=0) >= -MAX_STEP_BACK
-    if not is_one_run or not _is_of_two(values, continuous):
+    if not is_one_run or not _is_of_two(values, stamps, continuous):
         return track
     rows, inverse, counts = np.unique(np.nan_to_num(values), axis=0, return_inverse=True, return_counts=True)
     usual = int(counts.argmax())
     same = inverse.reshape(-1) == usual
-    if not rows[usual].any():
-        return track  # zeros, which have a rule of their own
-    if counts[usual] < _MIN_SAMPLES or _is_of_two(values[~same], continuous):
+    if counts[usual] < _MIN_SAMPLES or _is_of_two(values[~same], stamps[~same], continuous):
         raise InputError(
             f"{source}: {topic}: two publishers in one channel: its values jump away and back all along; "
             "record one of them, or each on a topic of its own"
         )
+    if not rows[usual].any():
+        return track  # zeros, which have a rule of their own
     notes.append(
         f"{topic}: {counts[usual]} samples that never change, between the others, were left out: a second publisher "
         "sends them"
@@ -57,13 +62,25 @@ def keep_one_of_interleaved(
     return track.select(~(np.nan_to_num(track.values) == rows[usual]).all(axis=1))
 
 
-def _is_of_two(values: Array, continuous: Sequence[int]) -> bool:
-    """Whether samples (n, columns) are two publishers' in turn.
+def _is_of_two(values: Array, stamps: NDArray[np.int64], continuous: Sequence[int]) -> bool:
+    """Whether samples (n, columns) in the order of their stamps (n,), ns, are two publishers' in turn.
 
-    A reading may swing at half the sampling rate. An angle or a position does not, nor do two readings alike.
+    A reading may swing at half the sampling rate. An angle or a position does not, nor do two readings alike, nor does
+    the clock of one publisher.
     """
     apart = {k for k in range(values.shape[1]) if _is_interleaved(values[:, k])}
-    return bool(apart & set(continuous)) or len(apart) > 1
+    if apart & set(continuous) or len(apart) > 1:
+        return True
+    return _is_of_two_clocks(stamps) and any(np.mean(values[:, k] == 0.0) < _FEW_ZEROS for k in apart)
+
+
+def _is_of_two_clocks(stamps: NDArray[np.int64]) -> bool:
+    """Whether short and long intervals alternate all along."""
+    interval = np.diff(stamps).astype(np.float64)
+    two = interval[:-1] + interval[1:]
+    uneven = np.abs(np.diff(interval)) > _UNEVEN * two
+    repeats = np.abs(interval[2:] - interval[:-2]) < _EVEN * two[1:]
+    return bool(np.mean(uneven) > _SHARE and np.mean(repeats) > _SHARE)
 
 
 def _is_interleaved(values: Array) -> bool:
