@@ -71,7 +71,8 @@ def _is_of_two(values: Array, stamps: NDArray[np.int64], continuous: Sequence[in
     apart = {k for k in range(values.shape[1]) if _is_interleaved(values[:, k])}
     if apart & set(continuous) or len(apart) > 1:
         return True
-    return _is_of_two_clocks(stamps) and any(np.mean(values[:, k] == 0.0) < _FEW_ZEROS for k in apart)
+    few_zeros = any(np.mean(values[:, k] == 0.0) < _FEW_ZEROS for k in apart)
+    return few_zeros and _is_of_two_clocks(stamps)
 
 
 def _is_of_two_clocks(stamps: NDArray[np.int64]) -> bool:
