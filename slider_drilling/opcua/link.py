@@ -20,6 +20,7 @@ from slider_drilling.opcua.command_gate import CommandGate
 from slider_drilling.opcua.mapping import Point, RigMapping
 from slider_drilling.opcua.values import Heartbeat, usable_number
 
+_CONNECTING = "connecting"
 _RETRY = 1.0  # s between two attempts to connect
 _COMMAND_CHECK = 0.01  # s between two looks for commands
 _MIN_TIMEOUT = 1.0  # s that the server has for an answer
@@ -53,7 +54,7 @@ class LinkHealth:
     """
 
     connected: bool = False
-    reason: str = "connecting"
+    reason: str = _CONNECTING
     alive: bool = False
     unusable: tuple[str, ...] = field(default=())
     refused: dict[str, str] = field(default_factory=dict)
@@ -112,6 +113,8 @@ class ServerLink:
     def statuses(self) -> list[Status]:
         """The health of server, rig and values."""
         health, url = self.health, self._mapping.url
+        if not health.connected and health.reason == _CONNECTING:
+            return [Status(Level.WARN, "server", f"{url}: {_CONNECTING}")]
         if not health.connected:
             return [Status(Level.ERROR, "server", f"{url}: {health.reason}; trying again")]
         server = Status(Level.OK, "server", f"connected to {url}")
