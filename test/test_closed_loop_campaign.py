@@ -40,6 +40,7 @@ from slider_drilling.slide_scenarios.drawn import draw_slide
 from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.score import SlideScore
 from slider_drilling.units import SI
+from slider_drilling.user_code import source_files
 
 RIG = installed_file("config/rig.example.yaml")
 
@@ -154,6 +155,38 @@ def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
     assert slide_job(0, name, setting).key() != key
     with pytest.raises(InputError, match="no_such_module"):
         slide_job(0, "no_such_module:Still", setting)
+
+
+STILL = "class Still:\n    def __init__(self, rig): pass\n    def step(self, measurements): ...\n"
+
+
+@pytest.mark.parametrize(("module", "edited"), [
+    ("still_in_a_file", "imported_late.py"),
+    ("still_in_a_namespace.still", "still_in_a_namespace/still.py"),
+    ("still_in_a_namespace.still", "still_in_a_namespace/laws/late.py"),
+    ("still_in_a_package.still", "still_in_a_package/laws/late.py"),
+])  # fmt: skip
+def test_job_key_depends_on_every_file_that_controller_may_import(tmp_path, monkeypatch, module, edited):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for path in (tmp_path / f"{module.replace('.', '/')}.py", tmp_path / edited):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(STILL)
+    if "package" in module:
+        (tmp_path / edited).parents[1].joinpath("__init__.py").touch()
+    key = slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key()
+    assert slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key() == key
+    (tmp_path / edited).write_text(STILL + "# edited\n")
+    assert slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key() != key
+
+
+def test_installed_module_does_not_depend_on_its_neighbours(tmp_path, monkeypatch):
+    folder = tmp_path / "site-packages"
+    folder.mkdir()
+    for name in ("still_installed", "of_others"):
+        (folder / f"{name}.py").write_text(STILL)
+    monkeypatch.syspath_prepend(str(folder))
+    slide_job(0, "still_installed:Still", CampaignOptions(RIG))
+    assert source_files("still_installed") == [(folder / "still_installed.py").resolve()]
 
 
 def test_foreign_slide_runs_on_a_foreign_rig():
