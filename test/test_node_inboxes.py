@@ -137,6 +137,17 @@ def test_nonfinite_commands_are_refused(topic, values):
     assert inbox.unanswered(0, (topic,)) == [topic]
 
 
+@pytest.mark.parametrize(("topic", "values", "missing", "needed"), [
+    (TOP_DRIVE, (math.nan, 2.0), "position nan", "give a position, rad"),
+    (TOP_DRIVE, (math.nan, math.nan), "position nan", "a velocity alone is no command"),
+    (BLOCK, (3.0, math.nan), "velocity nan", "give a velocity, m/s"),
+    (PUMP, (3.0, math.nan), "velocity nan", "give a velocity, rad/s"),
+])  # fmt: skip
+def test_refusal_of_an_incomplete_command_says_what_is_missing(topic, values, missing, needed):
+    reason = at(1.0).put(topic, SECOND, *values).reason
+    assert reason.startswith(f"{missing} is missing") and needed in reason
+
+
 LIMITS = CommandLimits(top_drive_speed=126.0, block_speed=2.0, pump_speed=24.6)
 
 
