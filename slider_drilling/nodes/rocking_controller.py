@@ -47,7 +47,7 @@ from slider_drilling.programmes.progress import ProgrammeProgress
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
 LEAVE_TIME = 3.0  # s of wall time that a simulator may take from its last sample to its end
-REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, and at least between those of its clock
+REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, and between those of its clock
 
 
 class RockingController(ManagedNode):
