@@ -67,28 +67,35 @@ def _check_not_hidden(name: str, where: str) -> None:
 
 
 def source_files(module_name: str) -> list[Path]:
-    """The files that make up a user's module.
+    """The files that make up a user's module, also those that it would import only while it runs.
 
     Args:
         module_name: Of an imported module.
 
     Returns:
-        Every source file of its package, and every module beside it that has been imported.
+        Every source file of its package, or in the folder of a module without a package; and every module beside it
+        that has been imported.
     """
     top = sys.modules[module_name.partition(".")[0]]
-    if top.__file__ is None:
-        return []
-    file = Path(top.__file__).resolve()
-    is_package = hasattr(top, "__path__")
-    files = set(file.parent.rglob("*.py")) if is_package else {file}
-    beside = file.parent.parent if is_package else file.parent
+    folders = [Path(folder).resolve() for folder in getattr(top, "__path__", ())]
+    files = {file for folder in folders for file in folder.rglob("*.py")}
+    beside = [folder.parent for folder in folders]
+    if not folders and top.__file__ is not None:
+        file = Path(top.__file__).resolve()
+        beside = [file.parent]
+        # What else is in site-packages belongs to others.
+        files = {file} if _is_installed(file) else {file, *file.parent.glob("*.py")}
     for module in list(sys.modules.values()):
         loaded = getattr(module, "__file__", None)
         if isinstance(loaded, str) and not loaded.startswith((_PACKAGE_FOLDER, *_PYTHON_FOLDERS)):
             path = Path(loaded).resolve()
-            if beside in path.parents and "site-packages" not in path.parts and path.is_file():
+            if any(folder in path.parents for folder in beside) and not _is_installed(path):
                 files.add(path)
-    return sorted(files)
+    return sorted(file for file in files if file.is_file())
+
+
+def _is_installed(file: Path) -> bool:
+    return "site-packages" in file.parts or "dist-packages" in file.parts
 
 
 def call_user_code(function: Callable[[], Result], what: str) -> Result:

@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.blind.foreign.foreign_rig import ForeignRig
+from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.cli import group
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.control.interface import RigCommand
@@ -39,6 +40,7 @@ from slider_drilling.slide_scenarios.drawn import draw_slide
 from slider_drilling.slide_scenarios.faulty_rig import FaultyRig
 from slider_drilling.slide_scenarios.score import SlideScore
 from slider_drilling.units import SI
+from slider_drilling.user_code import source_files
 
 RIG = installed_file("config/rig.example.yaml")
 
@@ -155,6 +157,38 @@ def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
         slide_job(0, "no_such_module:Still", setting)
 
 
+STILL = "class Still:\n    def __init__(self, rig): pass\n    def step(self, measurements): ...\n"
+
+
+@pytest.mark.parametrize(("module", "edited"), [
+    ("still_in_a_file", "imported_late.py"),
+    ("still_in_a_namespace.still", "still_in_a_namespace/still.py"),
+    ("still_in_a_namespace.still", "still_in_a_namespace/laws/late.py"),
+    ("still_in_a_package.still", "still_in_a_package/laws/late.py"),
+])  # fmt: skip
+def test_job_key_depends_on_every_file_that_controller_may_import(tmp_path, monkeypatch, module, edited):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for path in (tmp_path / f"{module.replace('.', '/')}.py", tmp_path / edited):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(STILL)
+    if "package" in module:
+        (tmp_path / edited).parents[1].joinpath("__init__.py").touch()
+    key = slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key()
+    assert slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key() == key
+    (tmp_path / edited).write_text(STILL + "# edited\n")
+    assert slide_job(0, f"{module}:Still", CampaignOptions(RIG)).key() != key
+
+
+def test_installed_module_does_not_depend_on_its_neighbours(tmp_path, monkeypatch):
+    folder = tmp_path / "site-packages"
+    folder.mkdir()
+    for name in ("still_installed", "of_others"):
+        (folder / f"{name}.py").write_text(STILL)
+    monkeypatch.syspath_prepend(str(folder))
+    slide_job(0, "still_installed:Still", CampaignOptions(RIG))
+    assert source_files("still_installed") == [(folder / "still_installed.py").resolve()]
+
+
 def test_foreign_slide_runs_on_a_foreign_rig():
     scenario = draw_slide(3, 5, load_rig(RIG), 60.0, foreign=True)
     assert draw_slide(3, 5, load_rig(RIG), 60.0).rigs == scenario.rigs
@@ -180,9 +214,42 @@ def test_stopped_slides_are_counted():
 def test_job_result_round_trips(tmp_path):
     tree = run_slide(slide_job(2, "no_rocking", CampaignOptions(RIG, elements=20, duration=260.0)))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    scored = slide_of(tree)
+    scored = slide_of(tree, 2)
     assert scored.number == 2 and scored.score.peak_torque_n_m > 0.0
-    assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}).score.time_to_set_s is None
+    assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}, 2).score.time_to_set_s is None
+
+
+def job_tree(**changes):
+    """What a job of slide 3 returns, with other figures."""
+    figures = dataclasses.asdict(slide(3, 5.0).score)
+    tree = {"number": 3, "well": "3 km", "about": "no effect", "stops": [], "score": figures}
+    for name, value in changes.items():
+        (tree if name in tree else figures)[name] = value
+    return tree
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("mean_abs_error_deg", "x"), ("mean_abs_error_deg", math.nan), ("mean_abs_error_deg", -5),
+    ("mean_abs_error_deg", 181.0), ("mean_abs_error_deg", None), ("p95_abs_error_deg", [1.0]), ("within_15_deg", 7),
+    ("time_to_set_s", -1.0), ("peak_torque_n_m", True), ("peak_torque_n_m", math.inf), ("make_up_n_m", -math.inf),
+    ("rop_m_h", 10**400), ("drilled_m", {}), ("number", 2), ("number", "3"), ("number", 3.0), ("well", 1),
+    ("about", None), ("stops", [[1]]), ("score", {}), ("score", []),
+])  # fmt: skip
+def test_result_that_no_slide_gives_is_refused_in_one_line(tmp_path, name, value):
+    job = slide_job(3, "no_rocking", CampaignOptions(RIG))
+    results = ResultFolder(tmp_path)
+    results.write(job.key(), job, JobResult(job_tree(), 1.0, 1.0, 1))
+    parse = partial(results.parse, job.key(), lambda result: slide_of(result.tree, 3))
+    assert parse().error == 5.0
+    path = results.path(job.key())
+    path.write_text(json.dumps({**json.loads(path.read_text()), "result": job_tree(**{name: value})}))
+    with pytest.raises(InputError, match=r"\.json: not a result of this job; delete it and run again$"):
+        parse()
+
+
+def test_slide_without_hole_has_no_error():
+    tree = job_tree(mean_abs_error_deg=None, p95_abs_error_deg=None, within_15_deg=None, drilled_m=0.0)
+    assert slide_of(tree, 3).error == math.inf
 
 
 @pytest.mark.slow
@@ -206,6 +273,6 @@ def test_single_slide_repeats_campaign_result(tmp_path, brief):
     result = CliRunner().invoke(group, arguments)
     assert result.exit_code == 0, result.output
     again = json.loads((tmp_path / "closed_loop.json").read_text())["scenarios"][0]
-    own = slide_of(run_slide(slide_job(4, DEFAULT_CONTROLLER, brief(RIG, seed=1, elements=20)))).score
+    own = slide_of(run_slide(slide_job(4, DEFAULT_CONTROLLER, brief(RIG, seed=1, elements=20))), 4).score
     assert again["name"] == "slide 4"
     assert again["mean_abs_error_deg"] == pytest.approx(own.mean_abs_error_deg, abs=1e-4)

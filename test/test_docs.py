@@ -2,14 +2,18 @@
 
 import importlib
 import re
+import shlex
 import shutil
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import slider_drilling as sd
-from slider_drilling.cli import COMMANDS
+from slider_drilling.cli import COMMANDS, group
+from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
+from slider_drilling.files.output_files import write_atomically
 
 ROOMS = ("tutorial", "how_to", "reference", "explanation", "design")
 GENERATED = {f"docs/reference/{name}.md" for name in ("cli", "programme", "rig", "topics")}
@@ -27,6 +31,35 @@ def test_log_page_code_runs(repository: Path, tmp_path: Path, monkeypatch: pytes
     sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 90.0, elements=20).save("day.mcap")
     exec(splitting, namespace)
     assert (tmp_path / "activities.csv").exists()
+
+
+@pytest.mark.slow
+def test_controller_tutorial_shows_what_its_command_prints(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (repository / "docs" / "tutorial" / "your_controller.md").read_text()
+    (tmp_path / "mine.py").write_text(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0])
+    [(command, shown)] = re.findall(r"    (slider-drilling closed-loop .*)\n\n.* prints\n\n((?:    .*\n)+)", page)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    answer = CliRunner().invoke(group, shlex.split(command)[1:], catch_exceptions=False)
+    printed = [line.split() for line in answer.stdout.splitlines()]
+    *header, row = [line.split() for line in shown.splitlines()]
+    assert printed[: len(header)] == header
+    assert len(printed[len(header)]) == len(row)
+    for now, written in zip(printed[len(header)], row, strict=True):
+        # Other processors round otherwise.
+        assert now == written or float(now) == pytest.approx(float(written), rel=0.05)
+
+
+def test_an_output_that_is_a_link_is_refused_in_the_words_of_the_page(repository: Path, tmp_path: Path) -> None:
+    (tmp_path / "kept.json").write_text("kept")
+    (tmp_path / "link.json").symlink_to("kept.json")
+    with pytest.raises(InputError) as error:
+        write_atomically(tmp_path / "link.json", b"new")
+    said = str(error.value).partition("; ")[2]
+    assert said and said in " ".join((repository / "docs" / "reference" / "exit_codes.md").read_text().split())
+    assert (tmp_path / "kept.json").read_text() == "kept"
 
 
 def test_nodes_page_controller_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

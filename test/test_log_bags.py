@@ -165,6 +165,41 @@ def test_a_listed_part_that_is_missing_is_named(tmp_path: Path) -> None:
         read_log(bag)
 
 
+@pytest.mark.parametrize("content", [
+    b"", b"no log at all", b"\x89MCAP0\r\n", b"SQLite format 3\x00" + bytes(100), b"#ROSBAG V2.0\nnothing",
+    gzip.compress(b"")[:5], None,
+])  # fmt: skip
+@pytest.mark.parametrize("broken", ["run_0.mcap", "run_2.mcap"])
+def test_a_part_that_cannot_be_read_is_named_and_skipped(tmp_path: Path, broken: str, content: bytes | None) -> None:
+    names = ["run_0.mcap", "run_1.mcap", "run_2.mcap"]
+    bag = write_parts(tmp_path / "bag", names, names)
+    (bag / broken).unlink()
+    (bag / broken).mkdir() if content is None else (bag / broken).write_bytes(content)
+    log = read_log(bag)
+    assert samples(log) == 20 and log.rig_text == "schema: x"
+    for notes in (log.notes, log_info(bag).notes, recover(bag, tmp_path / "x.mcap")[1]):
+        assert {note.partition(":")[0] for note in notes} == {broken} and "\n" not in "".join(notes)
+    assert samples(read_log(tmp_path / "x.mcap")) == 20
+    for name in names:
+        if (bag / name).is_file():
+            (bag / name).write_bytes(b"")
+    for read in (read_log, log_info, lambda path: recover(path, tmp_path / "y.mcap")):
+        with pytest.raises(InputError, match=r"run_1\.mcap: skipped: is empty[^\n]*$"):
+            read(bag)
+    with pytest.raises(InputError, match="is empty"):
+        read_log(bag / "run_1.mcap")
+
+
+@pytest.mark.parametrize("text", ["", "{", "a: 1", "rosbag2_bagfile_information: {relative_file_paths: run}", "\0"])
+def test_a_metadata_file_that_lists_no_files_is_noted(tmp_path: Path, text: str) -> None:
+    bag = write_parts(tmp_path / "bag", ["run_0.mcap", "run_1.mcap"], [])
+    assert read_log(bag).notes == ()
+    (bag / "metadata.yaml").write_text(text)
+    log = read_log(bag)
+    assert samples(log) == 20
+    assert [note.partition(":")[0] for note in log.notes] == ["metadata.yaml"]
+
+
 def test_another_recording_beside_the_bag_is_not_read(tmp_path: Path) -> None:
     names = ["a_20260101_120000.mcap", "a_20260101_130000.mcap", "other.mcap"]
     log = read_log(write_parts(tmp_path / "bag", names, names[:1]))

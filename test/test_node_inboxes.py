@@ -7,7 +7,7 @@ import pytest
 
 from slider_drilling.control.interface import Level, RigCommand
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.nodes.clock_check import clock_offset_message
+from slider_drilling.nodes.clock_check import ClockFaultReports, clock_offset_message
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox, CommandLimits
 from slider_drilling.nodes.late_joiners import FIRST_RESEND_AFTER, RESEND_PERIOD, LateJoiners
 from slider_drilling.nodes.own_echoes import OwnEchoes
@@ -135,6 +135,34 @@ def test_nonfinite_commands_are_refused(topic, values):
     assert "not finite" in inbox.put(topic, SECOND, *values).reason
     assert inbox.refused == 1
     assert inbox.unanswered(0, (topic,)) == [topic]
+
+
+def test_clock_fault_is_said_once_and_again_when_it_has_changed():
+    reports = ClockFaultReports(0.0)
+
+    def is_said(now, offset, sim_time=True):
+        message = clock_offset_message(round(offset * SECOND) + 10**15, 10**15, sim_time)
+        return reports.is_due(message, offset, now, 5.0)
+
+    assert not is_said(4.0, -20.0)  # the clock may come late
+    assert is_said(6.0, -20.0)
+    assert not any(is_said(float(now), -20.0 - 0.01 * now) for now in range(7, 300))
+    assert is_said(307.0, -23.0)  # it lasts
+    assert is_said(313.0, -60.0) and not is_said(316.0, 60.0)
+    assert is_said(319.0, 60.0)  # ahead, not behind
+    assert is_said(325.0, 60.0, sim_time=False)  # other advice
+    assert not is_said(331.0, 0.0) and is_said(337.0, 60.0, sim_time=False)  # it was gone
+
+
+@pytest.mark.parametrize(("topic", "values", "missing", "needed"), [
+    (TOP_DRIVE, (math.nan, 2.0), "position nan", "give a position, rad"),
+    (TOP_DRIVE, (math.nan, math.nan), "position nan", "a velocity alone is no command"),
+    (BLOCK, (3.0, math.nan), "velocity nan", "give a velocity, m/s"),
+    (PUMP, (3.0, math.nan), "velocity nan", "give a velocity, rad/s"),
+])  # fmt: skip
+def test_refusal_of_an_incomplete_command_says_what_is_missing(topic, values, missing, needed):
+    reason = at(1.0).put(topic, SECOND, *values).reason
+    assert reason.startswith(f"{missing} is missing") and needed in reason
 
 
 LIMITS = CommandLimits(top_drive_speed=126.0, block_speed=2.0, pump_speed=24.6)

@@ -12,10 +12,12 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 
 from slider_drilling.cli import group
+from slider_drilling.commands.options import _reserve_stdout
 from slider_drilling.control.controller_loader import (
     checked_step,
     configure,
@@ -121,6 +123,24 @@ def test_plug_in_that_prints_leaves_json(tmp_path: Path, repository: Path) -> No
     assert json.loads(answer.stdout) == {"answer": 1}
     for said in ("at import", "to the descriptor", "by C", "at exit"):
         assert said in answer.stderr
+
+
+@pytest.mark.parametrize("name", sorted(group.list_commands(click.Context(group))))
+def test_every_json_option_reserves_stdout(name: str) -> None:
+    found = group.get_command(click.Context(group), name)
+    assert found is not None
+    options = [option for option in found.params if "--json" in option.opts]
+    assert all(option.callback is _reserve_stdout and option.is_eager for option in options)
+
+
+def test_controller_that_prints_leaves_json_of_a_closed_loop(tmp_path: Path, repository: Path) -> None:
+    (tmp_path / "noisy_controller.py").write_text(CONTROLLER + 'print("at import")\n')
+    done = subprocess.run(
+        [sys.executable, "-m", "slider_drilling", "closed-loop", "--slide", "0", "--duration", "300", "--elements",
+         "10", "--jobs", "1", "--controller", "noisy_controller:Mine", "--json"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=300, env={**os.environ, "PYTHONPATH": str(repository)})
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["scenarios"] and "at import" in done.stderr
 
 
 def use(name: str) -> None:

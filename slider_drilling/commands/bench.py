@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import click
+
+from slider_drilling.commands.options import json_option_with, print_json
 
 if TYPE_CHECKING:
     from slider_drilling.benchmarks.result import BenchmarkResult
@@ -14,7 +15,7 @@ EPILOG = "Examples:\n\n  slider-drilling bench\n\n  slider-drilling bench --json
 
 
 @click.command(epilog=EPILOG)
-@click.option("--json", "as_json", is_flag=True, help="Print results and machine as JSON.")
+@json_option_with("Print results and machine as JSON on stdout.")
 def command(as_json: bool) -> None:
     """Measure speed: simulation, closed loop, recorder, diagnosis, start-up. Takes some minutes.
 
@@ -29,7 +30,7 @@ def command(as_json: bool) -> None:
         task = bar.add_task("", total=len(STAGES), completed=-1)
         results = measure(lambda stage: bar.update(task, advance=1, description=stage))
     if as_json:
-        print(json.dumps({"results": [result.to_json() for result in results], "machine": machine}, indent=1))
+        print_json({"results": [result.to_json() for result in results], "machine": machine})
     else:
         _print(results, machine)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from slider_drilling.commands.campaign_options import scheduler_option
-from slider_drilling.commands.options import print_listing, units_option, write_and_print
+from slider_drilling.commands.options import json_option_with, print_json, print_listing, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.slide_scenarios import Scenario, ScenarioResult
@@ -33,7 +34,7 @@ Examples:
 
 @click.command(epilog=EXAMPLES)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write closed_loop.html and .json there.")
-@click.option("--json", "as_json_text", is_flag=True, help="Print JSON; the units are in the names.")
+@json_option_with("Print JSON on stdout; the units are in the names.")
 @click.option("--controller", "name", default="", help="Controller under test, module:Class.")
 @click.option("--only", multiple=True, help="Scenario by name, or by the beginning of its name; repeatable.")
 @click.option("--all", "every", is_flag=True,
@@ -65,7 +66,7 @@ Examples:
 @scheduler_option
 @units_option
 def command(
-    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
+    output: Path | None, as_json: bool, name: str, only: tuple[str, ...], every: bool, faults: bool,
     stands: bool, sets: tuple[str, ...], listing: bool, elements: int, seed: int, jobs: int, slides: int | None,
     against: tuple[str, ...], slide: int | None, rig_path: Path | None, duration: float | None, foreign: bool,
     scheduler: str, units: Units,
@@ -90,12 +91,12 @@ def command(
         from slider_drilling.commands.closed_loop_stands import list_stands, run_stands
 
         if listing:
-            print_listing(list_stands())
+            _list(list_stands(), as_json)
         else:
-            run_stands(only, seed, elements, jobs, output, as_json_text)
+            run_stands(only, seed, elements, jobs, output, as_json)
         return 0
     if listing:
-        print_listing((scenario.name, scenario.about) for scenario in _known(every, faults))
+        _list([(scenario.name, scenario.about) for scenario in _known(every, faults)], as_json)
         return 0
     if faults and (every or slides is not None or slide is not None):
         raise InputError("--faults: cannot be used with --all, --campaign or --slide; give it alone or with --only")
@@ -110,23 +111,31 @@ def command(
             raise InputError("--set cannot be used with --campaign; give a controller class with these settings")
         controllers = list(dict.fromkeys((name, *against)))
         workers = WorkerSettings(jobs, scheduler)
-        return run_campaign(controllers, slides, options, workers, output, rig_path is not None, as_json_text, units)
+        return run_campaign(controllers, slides, options, workers, output, rig_path is not None, as_json, units)
     scenarios = _chosen(only, every, faults)
     if faults:
         from slider_drilling.commands.closed_loop_faults import run_faults
 
-        run_faults(scenarios, name, sets, seed, elements, jobs, output, as_json_text, units)
+        run_faults(scenarios, name, sets, seed, elements, jobs, output, as_json, units)
         return 0
     if slide is not None:
         random_scenario, seed = drawn_scenario(slide, options)
         scenarios = [random_scenario]
-    _run_and_write(scenarios, name, sets, seed, elements, jobs, output, as_json_text, units)
+    _run_and_write(scenarios, name, sets, seed, elements, jobs, output, as_json, units)
     return 0
+
+
+def _list(scenarios: Iterable[tuple[str, str]], as_json: bool) -> None:
+    """Print names and descriptions."""
+    if as_json:
+        print_json({"scenarios": [{"name": name, "about": about} for name, about in scenarios]})
+    else:
+        print_listing(scenarios)
 
 
 def _run_and_write(
     scenarios: list[Scenario], name: str, sets: tuple[str, ...], seed: int, elements: int, jobs: int,
-    output: Path | None, as_json_text: bool, units: Units,
+    output: Path | None, as_json: bool, units: Units,
 ) -> None:  # fmt: skip
     """Run the scenarios, then write the files and print the results."""
     from slider_drilling.commands.overrides import parse_settings
@@ -154,7 +163,7 @@ def _run_and_write(
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
         return output / "closed_loop.json", output / "closed_loop.html"
 
-    write_and_print(tree if as_json_text else None, lambda: print_results(rows, units), write)
+    write_and_print(tree if as_json else None, lambda: print_results(rows, units), write)
 
 
 def _known(every: bool, faults: bool) -> tuple[Scenario, ...]:

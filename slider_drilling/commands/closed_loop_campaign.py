@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
+    from slider_drilling.campaign.results import JobResult
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.slide_scenarios.campaign import CampaignOptions, ScoredSlide
     from slider_drilling.slide_scenarios.scenario import Scenario
@@ -49,7 +50,7 @@ def run_campaign(
     from slider_drilling.files.output_files import check_outputs, make_folder, make_subfolder, write_atomically
     from slider_drilling.pages import write_page
     from slider_drilling.slide_scenarios import campaign_page
-    from slider_drilling.slide_scenarios.campaign import repeat_command, slide_job, slide_of
+    from slider_drilling.slide_scenarios.campaign import repeat_command, slide_job
 
     make_folder(output)
     check_outputs((output / FILE, output / PAGE), (options.rig,))
@@ -57,7 +58,7 @@ def run_campaign(
     run = run_with_progress("slides", jobs, make_subfolder(output, RESULTS), workers)
     scored: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
     for job, key in zip(jobs, run.keys, strict=True):
-        if (slide := run.parse(key, lambda result: slide_of(result.tree))) is not None:
+        if (slide := run.parse(key, partial(_slide, number=job.options["number"]))) is not None:
             scored[job.options["controller"]].append(slide)
     scored = {name: results for name, results in scored.items() if results}
     if not scored:
@@ -73,6 +74,12 @@ def run_campaign(
 
     write_and_print(tree if as_json else None, lambda: _print(scored), write)
     return run.exit_code
+
+
+def _slide(result: JobResult, number: int) -> ScoredSlide:
+    from slider_drilling.slide_scenarios.campaign import slide_of
+
+    return slide_of(result.tree, number)
 
 
 def drawn_scenario(number: int, options: CampaignOptions) -> tuple[Scenario, int]:

@@ -35,8 +35,12 @@ def _reserve_stdout(context: click.Context, option: click.Parameter, value: bool
     return value
 
 
-json_option = click.option("--json", "as_json", is_flag=True, is_eager=True, callback=_reserve_stdout,
-                           help="Print JSON on stdout: SI units, rad.")  # fmt: skip
+def json_option_with(help_text: str) -> Callable[[Any], Any]:
+    """The option --json with this help."""
+    return click.option("--json", "as_json", is_flag=True, is_eager=True, callback=_reserve_stdout, help=help_text)
+
+
+json_option = json_option_with("Print JSON on stdout: SI units, rad.")
 SEED = click.IntRange(0, 2**31 - 1)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from mcap.records import Channel
 
 from slider_drilling.console.printable import printable
-from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.errors import InputError
+from slider_drilling.log.log_files import find_log_files, open_readers
 from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.timestamps import MAX_STEP_BACK, SECOND
 from slider_drilling.log.topic_map import NO_TOPICS, TopicMap
@@ -117,10 +118,13 @@ def log_info(path: Path, topics: TopicMap = NO_TOPICS) -> LogInfo:
     """
     found = find_log_files(path)
     files = found.files
-    readers = [open_reader(file) for file in files]
+    readers = open_readers(files)
     by_topic: dict[str, TopicMessages] = {}
     for reader in readers:
         _collect(reader, by_topic, topics)
+    if all(reader.is_skipped for reader in readers):
+        reasons = "; ".join(f"{reader.path.name}: {reader.notes[-1]}" for reader in readers)
+        raise InputError(printable(f"{path}: no file of this log can be read; {reasons}"))
     # Channels without a message count as topics, too.
     for reader in readers:
         for channel in reader.channels.values():

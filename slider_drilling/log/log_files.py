@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +21,7 @@ _BAG_INFORMATION = "rosbag2_bagfile_information"
 # A name in a folder, without the ending that compression adds.
 _LOG_NAME = re.compile(r".+\.(mcap|db3|bag)(\.(zstd|zst|gz|bz2|xz|lz4))?")
 _LONGEST_MAGIC = 16
+_METADATA_ERRORS = (OSError, ValueError, yaml.YAMLError, TypeError, LookupError, RecursionError)
 
 
 @dataclass(frozen=True)
@@ -48,12 +50,12 @@ def find_log_files(path: Path) -> LogFiles:
     if not folder.is_dir():
         return LogFiles((path,))
     held = sorted((file for file in folder.iterdir() if _LOG_NAME.fullmatch(file.name)), key=_part_order)
-    listed = _listed_names(folder / METADATA)
+    listed, invalid = _listed_names(folder / METADATA), _invalid_metadata(folder / METADATA)
     if not held:
         missing = f"; {METADATA} lists {', '.join(listed)}" if listed else ""
         raise InputError(f"{folder}: holds no logs (.mcap, .db3, .bag){missing}; give a log, or the folder of a bag")
     if not listed:
-        return LogFiles(tuple(held))
+        return LogFiles(tuple(held), invalid)
     return _parts_of_bag(folder, held, listed)
 
 
@@ -102,10 +104,28 @@ def _continues(stem: str, listed: set[str]) -> bool:
 def _listed_names(metadata: Path) -> list[str]:
     """Names of the files that a bag's metadata.yaml lists; none where it is missing or invalid."""
     try:
-        content = yaml.safe_load(metadata.read_text(encoding="utf-8"))
-        return [Path(str(name)).name for name in content[_BAG_INFORMATION]["relative_file_paths"]]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, RecursionError):
+        return _read_metadata(metadata)
+    except _METADATA_ERRORS:
         return []
+
+
+def _invalid_metadata(metadata: Path) -> tuple[str, ...]:
+    """A note if metadata.yaml is there and does not say which files make up the bag."""
+    try:
+        _read_metadata(metadata)
+    except FileNotFoundError:
+        return ()
+    except _METADATA_ERRORS:
+        return (f"{METADATA}: lists no files of a bag, or is damaged; every log in the folder was read",)
+    return ()
+
+
+def _read_metadata(metadata: Path) -> list[str]:
+    """Names of the files that metadata.yaml lists. Raises `_METADATA_ERRORS`."""
+    listed = yaml.safe_load(metadata.read_text(encoding="utf-8"))[_BAG_INFORMATION]["relative_file_paths"]
+    if not isinstance(listed, list):
+        raise TypeError
+    return [Path(str(name)).name for name in listed]
 
 
 def _stem(name: str) -> str:
@@ -124,6 +144,14 @@ def _part_order(file: Path) -> tuple[str, int, str]:
     """Sorts the parts of a recording by their numbers, of which the first may have none."""
     series, number = _split_number(_stem(file.name))
     return series, int(number or 0), file.name
+
+
+def open_readers(files: Sequence[Path]) -> list[LogReader]:
+    """The readers of a log's files. A part that cannot be read is skipped with a note; a single file raises."""
+    readers = [open_reader(file) for file in files]
+    for reader in readers:
+        reader.is_part = len(files) > 1
+    return readers
 
 
 def open_reader(path: Path) -> LogReader:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
+from slider_drilling.errors import InputError
 from slider_drilling.log.mcap_chunk import MessageBlock, iterate_messages
 
 
@@ -25,6 +26,8 @@ class LogReader(ABC):
         notes: What is damaged or lost, one sentence each.
         chunks_out_of_order: Whether chunks are not where the index says.
         profile: Of the file: `ros2`, `ros1`, or another one.
+        is_part: Whether other files belong to the log, so that one that cannot be read is noted and skipped.
+        is_skipped: Whether that happened.
     """
 
     path: Path
@@ -35,9 +38,25 @@ class LogReader(ABC):
     notes: list[str] = field(default_factory=list)
     chunks_out_of_order: bool = False
     profile: str = "ros2"
+    is_part: bool = False
+    is_skipped: bool = False
+
+    def blocks(self) -> Iterator[MessageBlock]:
+        """Messages in blocks, in the order of the file.
+
+        Raises:
+            InputError: It cannot be read, and is the only file of the log.
+        """
+        try:
+            yield from self.read_blocks()
+        except InputError as error:
+            if not self.is_part:
+                raise
+            self.is_skipped = True
+            self.notes.append(f"skipped: {str(error).removeprefix(f'{self.path}: ')}")
 
     @abstractmethod
-    def blocks(self) -> Iterator[MessageBlock]:
+    def read_blocks(self) -> Iterator[MessageBlock]:
         """Messages in blocks, in the order of the file. Raises InputError where it cannot be read."""
 
     def messages(self) -> Iterator[tuple[Channel, Message]]:

@@ -82,7 +82,7 @@ class McapReader(LogReader):
 
     sections: int = 0
 
-    def blocks(self) -> Iterator[MessageBlock]:
+    def read_blocks(self) -> Iterator[MessageBlock]:
         """Messages in blocks, in the order of the file.
 
         Messages of unknown channels, and those with a log time of 2^63 ns or more, are left out.

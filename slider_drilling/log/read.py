@@ -13,7 +13,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 from slider_drilling.log.import_record import RECORD, ImportRecord
 from slider_drilling.log.interleaved import keep_one_of_interleaved
-from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_files import find_log_files, open_readers
 from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.publishers import keep_one_publisher, split_signals
 from slider_drilling.log.rig_log import RigLog
@@ -61,7 +61,7 @@ def _read(
     path: Path, source: str, rig_path: str | os.PathLike[str] | None, namespace: str | None, topics: TopicMap
 ) -> RigLog:
     found = find_log_files(path)
-    readers = [open_reader(file) for file in found.files]
+    readers = open_readers(found.files)
     collector = SampleCollector(topics)
     for reader in readers:
         collector.collect(reader)

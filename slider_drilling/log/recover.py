@@ -16,7 +16,7 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import commit_part_file, create_part_file
-from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_files import find_log_files, open_readers
 from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.mcap_writer import McapWriter
 from slider_drilling.log.publishers import split_signals
@@ -96,7 +96,7 @@ def recover(path: Path, output: Path) -> tuple[list[RecoveredLog], list[str]]:
     ]  # fmt: skip
     if len(ends) > 1:
         notes.append(f"held {len(ends)} runs; each is a log of its own now")
-    readers = [open_reader(file) for file in files]
+    readers = open_readers(files)
     messages = enumerate(_messages(readers, survey.is_sorted))
     written = [_write(name, path, messages, end, notes, readers) for name, end in zip(names, ends, strict=True)]
     return written, [printable(note) for note in notes]
@@ -104,7 +104,7 @@ def recover(path: Path, output: Path) -> tuple[list[RecoveredLog], list[str]]:
 
 def _survey(files: Sequence[Path]) -> _LogSurvey:
     """Go through a log once. Raises InputError where it must be sorted and is too large for that."""
-    readers = [open_reader(file) for file in files]
+    readers = open_readers(files)
     collector = SampleCollector()
     times: list[Integers] = []
     size = 0

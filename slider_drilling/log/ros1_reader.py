@@ -22,7 +22,7 @@ _ROWS = 10_000  # read at a time
 class Ros1BagReader(LogReader):
     """One bag of ROS 1. Each publisher of a topic is a channel, as the bag keeps them apart."""
 
-    def blocks(self) -> Iterator[MessageBlock]:
+    def read_blocks(self) -> Iterator[MessageBlock]:
         """Messages in blocks, in the order of their times.
 
         Raises:

@@ -25,7 +25,7 @@ _ROWS = 10_000  # read at a time
 class SqliteReader(LogReader):
     """One sqlite3 file of a bag."""
 
-    def blocks(self) -> Iterator[MessageBlock]:
+    def read_blocks(self) -> Iterator[MessageBlock]:
         """Messages in blocks, in the order in which they were recorded.
 
         Raises:

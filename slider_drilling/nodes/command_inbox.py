@@ -17,6 +17,11 @@ MAX_AHEAD = 0.5  # s by which a command may be ahead of the rig's clock in real 
 LATE_CONTROLLER = 60.0  # s behind the rig up to which a controller is late; beyond, it uses another clock
 MAX_DIFFERENCE_TIME = 1.0  # s between two positions that give a speed
 IMPOSSIBLE_FACTOR = 10.0  # of the top drive's speed
+NEEDED = {
+    TOP_DRIVE: "give a position, rad, and if known its velocity, rad/s; a velocity alone is no command of this drive",
+    BLOCK: "give a velocity, m/s",
+    PUMP: "give a velocity, rad/s",
+}
 REMEMBERED = 20  # answered stamps of a topic, to recognise a second controller
 
 
@@ -140,9 +145,10 @@ class CommandInbox:
         return None
 
     def _check(self, topic: str, stamp_ns: int, position: float, velocity: float) -> Refusal | None:
-        needed = (position, velocity) if topic == TOP_DRIVE else (velocity,)
-        if not all(map(math.isfinite, needed)):
-            return self._refuse(Level.WARN, f"position {position} and velocity {velocity}: not finite")
+        needed = {"position": position, "velocity": velocity} if topic == TOP_DRIVE else {"velocity": velocity}
+        for name, value in needed.items():
+            if not math.isfinite(value):
+                return self._refuse(Level.WARN, f"{name} {value} is missing or not finite; {NEEDED[topic]}")
         if complaint := self._limits.complaint(topic, velocity):
             return self._refuse(Level.ERROR, complaint)
         if self._answered[topic].count(stamp_ns) > self._resent[stamp_ns]:

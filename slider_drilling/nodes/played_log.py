@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_files import find_log_files, open_readers
+from slider_drilling.log.log_reader import LogReader
 from slider_drilling.messages.topics import (
     DRIVES_COMMAND,
     TOPICS,
@@ -79,8 +80,8 @@ def load(path: Path, topics: Iterable[str], twin_topics: bool = True) -> PlayedL
     played = PlayedLog()
     found = find_log_files(path)
     played.notes += [f"{path}: {note}" for note in found.notes]
-    for file in found.files:
-        _read(file, wanted, twin_topics, played)
+    for reader in open_readers(found.files):
+        _read(reader, wanted, twin_topics, played)
     absent = wanted - {message.topic for message in played.messages}
     if absent:
         raise InputError(f"{path}: has no {' and no '.join(sorted(absent))} to play")
@@ -90,8 +91,7 @@ def load(path: Path, topics: Iterable[str], twin_topics: bool = True) -> PlayedL
     return played
 
 
-def _read(path: Path, wanted: set[str], twin_topics: bool, played: PlayedLog) -> None:
-    container = open_reader(path)
+def _read(container: LogReader, wanted: set[str], twin_topics: bool, played: PlayedLog) -> None:
     messages = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
     own = _namespace(channel.topic for channel in container.channels.values())
     names: dict[int, str] = {}
@@ -109,7 +109,7 @@ def _read(path: Path, wanted: set[str], twin_topics: bool, played: PlayedLog) ->
     played.messages += [
         LoggedMessage(time_ns, names[channel], data) for channel, time_ns, data in messages if channel in names
     ]
-    played.notes += [f"{path}: {note}" for note in container.notes]
+    played.notes += [f"{container.path}: {note}" for note in container.notes]
     rig = next((item.data for item in container.attachments if item.name == "rig.yaml"), None)
     if rig is not None:
         played.rig_text = rig.decode("utf-8", "replace")

@@ -25,7 +25,7 @@ def __getattr__(name: str) -> Callable[[], None]:
 
 
 def _main(name: str) -> None:
-    """Run the node and exit: 0 after its work or a signal, 2 for a mistake of the user."""
+    """Run the node and exit: 0 after its work or a signal, 1 if nobody reads its help, 2 for a mistake of the user."""
     import sys
 
     from slider_drilling.errors import InputError
@@ -41,9 +41,14 @@ def _main(name: str) -> None:
         from slider_drilling.nodes.run_node import run_node
 
         run_node(name)
+        sys.stdout.flush()
     except InputError as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         code = 2
+    except BrokenPipeError:
+        # The reader has left, as `| head` does; Python's flush at exit would report it again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 1
     # Python restores the default handlers while it shuts down; another signal would then look like a crash.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)

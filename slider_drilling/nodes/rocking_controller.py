@@ -25,7 +25,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.clock_check import SET_BACK, clock_offset_message, is_on_clock
+from slider_drilling.nodes.clock_check import SET_BACK, ClockFaultReports, clock_offset_message, is_on_clock
 from slider_drilling.nodes.command_publishers import CommandPublishers
 from slider_drilling.nodes.controller_settings import settings_parameters
 from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, read_statuses
@@ -47,7 +47,7 @@ from slider_drilling.programmes.progress import ProgrammeProgress
 WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
 BLIND_STEP_NS = 100_000_000  # interval of steps without readings
 LEAVE_TIME = 3.0  # s of wall time that a simulator may take from its last sample to its end
-REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, or of stamps of another clock
+REPORT_PERIOD = 5.0  # s of wall time between reports of what the node waits for, and between those of its clock
 
 
 class RockingController(ManagedNode):
@@ -88,6 +88,7 @@ class RockingController(ManagedNode):
         self._sample_ns: int | None = None  # of the last sample
         self._received_ns = 0  # this node's clock at the last sample
         self._clock_fault = ""  # what is wrong with the samples' stamps
+        self._clock_reports = ClockFaultReports(time.monotonic())
         self._last_report = time.monotonic()
         self._command: RigCommand | None = None
         self._watchdog = Watchdog()
@@ -111,6 +112,7 @@ class RockingController(ManagedNode):
         self._watchdog.restart()
         self._received_ns = self.get_clock().now().nanoseconds
         self._silent_from = None
+        self._clock_reports = ClockFaultReports(time.monotonic())
         self._last_report = time.monotonic()
 
     def deactivate(self) -> None:
@@ -265,11 +267,12 @@ class RockingController(ManagedNode):
             self._stamp_ns = None
 
     def _check_clock(self, stamp_ns: int, now_ns: int) -> None:
-        """Say every few seconds if the rig's stamps come from another clock than this node's."""
+        """Say if the rig's stamps come from another clock than this node's; the status says so all the time."""
         sim_time = bool(self.get_parameter("use_sim_time").value)
         self._clock_fault = clock_offset_message(stamp_ns, now_ns, sim_time)
-        if self._clock_fault:
-            self._report(self._clock_fault)
+        offset = (stamp_ns - now_ns) / 1e9
+        if self._clock_reports.is_due(self._clock_fault, offset, time.monotonic(), REPORT_PERIOD):
+            self.get_logger().warning(self._clock_fault)
 
     def _report(self, message: str) -> None:
         if time.monotonic() - self._last_report > REPORT_PERIOD:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -17,7 +18,7 @@ from slider_drilling.rig import load_rig
 from slider_drilling.slide_scenarios.contenders import BASELINES, UNDER_TEST
 from slider_drilling.slide_scenarios.drawn import DURATION_S, draw_slide
 from slider_drilling.slide_scenarios.run import run_scenario
-from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
+from slider_drilling.slide_scenarios.score import ALLOWED_TIME, MIN_DRILLED, MIN_HELD_SHARE, SlideScore
 from slider_drilling.user_code import import_reference, source_files
 
 SCHEMA = "slider_drilling/closed_loop_campaign/3"
@@ -118,20 +119,52 @@ def noise_seed(seed: int, number: int) -> int:
     return int(np.random.default_rng((seed, number, 1)).integers(2**31))
 
 
-def slide_of(tree: dict[str, Any]) -> ScoredSlide:
+def slide_of(tree: dict[str, Any], number: int) -> ScoredSlide:
     """Return the slide from what `run_slide` returned.
 
+    Args:
+        tree: What a job returned, read from a file that anybody may have edited.
+        number: Of the job's slide.
+
     Raises:
-        LookupError, TypeError, ValueError: It is something else.
+        LookupError, TypeError, ValueError: It is something else, or another slide.
     """
-    if type(tree["number"]) is not int or not isinstance(tree["well"], str) or not isinstance(tree["about"], str):
+    if type(tree["number"]) is not int or tree["number"] != number:
+        raise ValueError
+    if not isinstance(tree["well"], str) or not isinstance(tree["about"], str):
         raise ValueError
     if not isinstance(tree["stops"], list) or not all(isinstance(name, str) for name in tree["stops"]):
         raise ValueError
-    figures = {field.name: tree["score"][field.name] for field in fields(SlideScore)}
-    # A missing time means "never set"; every other missing figure was not a number.
-    figures = {key: math.nan if value is None and key != "time_to_set_s" else value for key, value in figures.items()}
-    return ScoredSlide(tree["number"], tree["well"], tree["about"], SlideScore(**figures), tuple(tree["stops"]))
+    figures: dict[str, Any] = {
+        field.name: _figure(field.name, tree["score"][field.name]) for field in fields(SlideScore)
+    }
+    score = SlideScore(**figures)
+    # Only a slide without new hole has no error.
+    if math.isnan(score.mean_abs_error_deg) and score.drilled_m >= MIN_DRILLED:
+        raise ValueError
+    return ScoredSlide(number, tree["well"], tree["about"], score, tuple(tree["stops"]))
+
+
+# Smallest and largest value of figures that have any.
+_FIGURE_LIMITS = {
+    "mean_abs_error_deg": (0.0, 180.0), "p95_abs_error_deg": (0.0, 180.0), "within_15_deg": (0.0, 1.0),
+    "time_to_set_s": (0.0, math.inf), "peak_torque_n_m": (0.0, math.inf), "weight_spread_n": (0.0, math.inf),
+    "drilled_m": (0.0, math.inf),
+}  # fmt: skip
+
+
+def _figure(name: str, value: object) -> float | None:
+    """Return a figure of a score. Raise ValueError for a value that no slide gives."""
+    if value is None:
+        # A missing time means "never set"; every other missing figure was not a number.
+        return None if name == "time_to_set_s" else math.nan
+    low, high = _FIGURE_LIMITS.get(name, (-math.inf, math.inf))
+    # An integer may be too large for a float; a comparison with one is exact.
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
+        raise ValueError
+    if not low <= value <= high:
+        raise ValueError
+    return float(value)
 
 
 @dataclass(frozen=True)

@@ -129,24 +129,27 @@ def test_waiting_controller_says_so_again_and_again(make, monkeypatch, capfd):
     assert len(rig) == len(RIG)
 
 
-def test_stamps_a_day_off_are_said_again_and_again(make, monkeypatch, capfd):
+def test_stamps_a_day_off_are_said_once_and_when_they_change(make, monkeypatch, capfd):
     monkeypatch.setattr(rocking_controller, "REPORT_PERIOD", 0.2)
     controller = make(RockingController, use_sim_time=False)
     rig = {name: raw_topics.publisher(controller, TOPICS[name]) for name in RIG}
     turn([controller], lambda: controller._commands.are_made)
-    said, sent = Said(capfd), [0.0]
+    said, sent, days = Said(capfd), [0.0], [1]
 
     def send_sample() -> None:
-        stamp = time.time_ns() - 86_400 * 10**9
+        stamp = time.time_ns() - days[0] * 86_400 * 10**9
         rig["mud_pump"].publish(cdr.encode_joint_state(stamp, "mud_pump", None, 12.0))
         rig["draw_works"].publish(cdr.encode_joint_state(stamp, "block", 0.0, 0.0, 4e5))
         rig["standpipe_pressure"].publish(cdr.encode_fluid_pressure(stamp, 1.8e7, 0.0))
         rig["top_drive"].publish(cdr.encode_joint_state(stamp, "top_drive", 0.0, 0.0, 0.0))
         sent.append(time.monotonic())
 
-    def is_said() -> bool:
+    def is_said(seconds: int, samples: int) -> bool:
         if time.monotonic() > sent[-1] + 0.1:
             send_sample()
-        return said.count("86400 s behind this node's clock") >= 3
+        return said.count(f"{seconds} s behind this node's clock") >= 1 and len(sent) > samples
 
-    turn([controller], is_said)
+    turn([controller], lambda: is_said(86_400, 20))
+    assert said.count("86400 s behind this node's clock") == 1
+    days[0] = 3
+    turn([controller], lambda: is_said(259_200, 0))

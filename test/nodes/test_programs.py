@@ -1,6 +1,9 @@
 """Nodes as processes: started as `ros2 run` starts them, ended by signals, with their exit codes."""
 
+import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -38,6 +41,15 @@ def test_three_processes_run_in_lockstep_and_replay(recorded, start, tmp_path):
         assert one.time.tolist() == two.time.tolist(), key
         assert one.position.tolist() == pytest.approx(two.position.tolist(), nan_ok=True), key
     assert first.rig_text == second.rig_text
+
+
+def test_help_that_nobody_reads_ends_quietly():
+    code = "import sys; from slider_drilling.nodes import programs; sys.argv[1:] = ['--help']; programs.recorder()"
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, "-c", code], stdout=write, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (1, "")
 
 
 ENDINGS = {
