@@ -303,6 +303,24 @@ def test_dropped_samples_are_noted_and_unknown_motion_uninformative(log, rig):
     assert any("its motion there is unknown" in text for text in unlucky.messages("uninformative"))
 
 
+@pytest.mark.parametrize("missing", [np.nan, 0.0])
+@pytest.mark.parametrize(("turning", "found"), [(1.0, True), (0.0, False)])
+def test_gap_without_an_angle_is_unknown_motion_where_the_drive_turns(log, rig, missing, turning, found):
+    """A speed alone does not show what the drive turned in a gap."""
+    speed = changed(log, "top_drive", position=lambda x: missing + 0.0 * x).top_drive
+    near = (speed.time > 5.0) & (speed.time < 65.0)
+    speed = replace(speed, velocity=np.where(near, turning, 1.0) * speed.velocity)
+    keep = (speed.time < 20.0) | (speed.time > 50.0)
+    arrays = (getattr(speed, f.name)[keep] for f in dataclasses.fields(speed))
+    texts = check_log(replace(log, top_drive=JointSeries(*arrays)), rig).messages("uninformative")
+    assert any("its motion there is unknown" in text for text in texts) == found
+
+
+def test_log_that_is_nearly_all_gap_has_no_powers_of_ten(log, rig):
+    late = changed(log, "top_drive", time=lambda t: np.where(t > 40.0, t + 86400.0, t))
+    assert any("(100 %) are missing" in text for text in check_log(late, rig).messages("note"))
+
+
 def test_drive_that_hardly_turns_is_uninformative(rig):
     checks = check_log(recorded(rig, rocking(amplitude=0.01)), rig)
     assert any("too little" in text for text in checks.messages("uninformative"))
