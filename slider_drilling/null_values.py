@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.units import KINDS
+
 Array = NDArray[np.float64]
 
 # Numbers that exporters write for "no value".
@@ -104,3 +106,13 @@ def stands_apart(value: float, others: Array, positive: bool) -> bool:
 def is_null_like(value: float) -> bool:
     """Whether exporters write this number for "no value"."""
     return _NULL_LIKE.fullmatch(f"{value:.10g}") is not None or abs(value) >= 1e29
+
+
+def null_in_some_unit(value: float, unit: str) -> str:
+    """The null and its unit that give a value in SI; empty where none does."""
+    kinds = [units for units in KINDS.values() if next(iter(units)) == unit] or [{unit: 1.0}]
+    for units in kinds:
+        for name, factor in units.items():
+            if factor > 0.0 and is_null_like(value / factor):
+                return f"{value / factor:.10g} {name}"
+    return ""
