@@ -1,6 +1,7 @@
 """`info` fits on a screen: at most 25 lines of 80 columns, whatever the log holds."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -61,3 +62,29 @@ def test_a_log_of_a_rig_fits_on_a_screen(tmp_path: Path, repository: Path) -> No
     lines = printed(str(tmp_path / "run.mcap"))
     assert height(lines) <= 25 and not any("--all" in line for line in lines)
     assert "replay: ready; diagnosis" in "\n".join(lines)
+
+
+def written(path: Path, rig: str, joint: str = "top_drive", hook_load: float = 3e5, stamp: float = 0.0) -> str:
+    """A log of 30 s in which the drive rocks."""
+    with LogWriter(path, rig) as writer:
+        for step in range(300):
+            now = 0.1 * step
+            writer.joint_state(f"{joint}/joint_states", now, joint, 5.0 * math.sin(now), 5.0 * math.cos(now), 5e3)
+            writer.joint_state("draw_works/joint_states", now, "draw_works", 0.0, 0.0, hook_load)
+            writer.fluid_pressure("standpipe_pressure", now, 5e8 if step == 5 else 1.8e7)
+    return str(path)
+
+
+def test_reasons_and_notes_are_in_the_chosen_units(tmp_path: Path, repository: Path) -> None:
+    """No quantity stays in SI units beside one in those of the field."""
+    path = written(tmp_path / "run.mcap", (repository / "config" / "rig.example.yaml").read_text(), hook_load=-3e5)
+    text = " ".join(printed(path, "--units", "field", "--all"))
+    assert "hook_load is negative (" in text and " klbf): tension" in text and "note: standpipe_pressure: 1 of 300" in text
+    assert not re.search(r"\d (bar|kN|Pa|rad/s)\b", text)
+
+
+def test_info_does_not_advise_info(tmp_path: Path, repository: Path) -> None:
+    path = written(tmp_path / "run.mcap", (repository / "config" / "rig.example.yaml").read_text(), joint="table")
+    text = " ".join(" ".join(printed(path, "--all")).split())
+    assert "slider-drilling info" not in text
+    assert "not checked needs top_drive/joint_states, which the log does not hold" in text

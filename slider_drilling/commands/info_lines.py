@@ -72,7 +72,7 @@ def print_info(
     printed.add(_head(info), is_needed=True)
     printed.add(_topic_lines(info.topics, console, None if show_all else _TOPICS), is_needed=True)
     printed.add(_uses(missing, units), is_needed=True)
-    printed.add(f"note: {note}" for note in notes)
+    printed.add(f"note: {units.convert_message(note)}" for note in notes)
     if checks:
         table = checks_table(checks, units)
         table.box, table.show_header = None, False
@@ -133,7 +133,7 @@ def _shortened(name: str, room: int) -> str:
 def _uses(missing: Mapping[str, Sequence[Text]], units: Units) -> list[str]:
     """What the log can be used for, and why not for the rest: each reason once."""
     ready = "; ".join(f"{use}: {'not possible' if reasons else 'ready'}" for use, reasons in missing.items())
-    reasons = dict.fromkeys(units.convert_text(reason) for reasons in missing.values() for reason in reasons)
+    reasons = dict.fromkeys(units.convert_message(reason) for reasons in missing.values() for reason in reasons)
     return [ready, *(f"  {reason}" for reason in reasons)]
 
 

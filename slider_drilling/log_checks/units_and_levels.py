@@ -73,8 +73,8 @@ def check_pump_unit(log: RigLog, rig: Rig) -> list[LogIssue]:
     if speed * np.sqrt(rpm) < rig.reference_pump_speed:
         return []
     text = sentence(
-        f"mud_pump turns at {speed:.4g} rad/s, whose flow needs ", Quantity(as_logged.expected / 1e5, "bar"), ", but ",
-        Quantity(as_logged.measured / 1e5, "bar"),
+        "mud_pump turns at ", Quantity(speed, "rad/s", 4), ", whose flow needs ",
+        Quantity(as_logged.expected / 1e5, "bar"), ", but ", Quantity(as_logged.measured / 1e5, "bar"),
         " were measured: it looks like strokes per minute; import it with unit spm",
     )  # fmt: skip
     return [LogIssue("unusable", "mud_pump", text, "units and levels")]
