@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.cli import group
+from slider_drilling.commands.info_lines import _shortened
 from slider_drilling.log import TOPICS, LogWriter
 from slider_drilling.messages.message_types import JOINT_STATE, WRENCH_STAMPED
 
@@ -89,3 +90,19 @@ def test_info_does_not_advise_info(tmp_path: Path, repository: Path) -> None:
     text = " ".join(" ".join(printed(path, "--all")).split())
     assert "slider-drilling info" not in text
     assert "not checked needs top_drive/joint_states, which the log does not hold" in text
+
+
+@pytest.mark.parametrize("room", [11, 14, 17, 20, 40])
+def test_shortened_names_stay_distinct(room: int) -> None:
+    names = ["/draw_works/joint_states", "/twin_of_works/joint_states", "/mud_pump/joint_states", "/clock"]
+    shown = _shortened(names, room)
+    assert len(set(shown)) == len(names) and max(map(len, shown)) <= room and shown[3] == "/clock"
+
+
+def test_lag_of_another_clock_takes_no_room(tmp_path: Path) -> None:
+    """A simulator's stamps count from zero, the recorder's from 1970."""
+    with LogWriter(tmp_path / "run.mcap") as writer:
+        for step in range(30):
+            writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.0, 0.0, 5e3, 1.8e9 + 0.1 * step)
+    row = next(line for line in printed(str(tmp_path / "run.mcap"), "--all") if "top_drive/joint_states" in line)
+    assert row.endswith(" 1.8e9") and len(row) <= 80

@@ -115,6 +115,17 @@ def test_clock_set_back_asks_for_the_zone(tmp_path: Path) -> None:
         import_table(written(tmp_path, text), time_zone="Mars/Base")
 
 
+@pytest.mark.parametrize(
+    ("zones", "zone"), [(("Z", "+01:00"), ""), (("Z", "+01:00"), "Europe/Berlin"), (("", ""), "Etc/UTC")]
+)
+def test_zone_that_is_known_is_not_asked_for(tmp_path: Path, zones: tuple[str, str], zone: str) -> None:
+    text = f"Time,HKLD (klbf)\n2024-03-31T02:00:00{zones[0]},200\n"
+    text += f"2024-03-31T0{2 if zones[1] else 1}:00:01{zones[1]},200\n"
+    with pytest.raises(InputError, match="goes back") as caught:
+        import_table(written(tmp_path, text), time_zone=zone)
+    assert "its zone" not in str(caught.value)
+
+
 @pytest.mark.parametrize("null", [-999.25, -999.0, -9999.0, -99999.0, 9999.0, -32768.0, 1e30])
 def test_undeclared_nulls_are_found(null: float) -> None:
     values = np.r_[np.linspace(190, 210, 50), null, np.linspace(190, 210, 50), null]
