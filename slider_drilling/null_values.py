@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slider_drilling.units import KINDS
 
 Array = NDArray[np.float64]
 
@@ -16,6 +19,7 @@ _SPANS = 3.0  # times the range of all other values that an undeclared null lies
 _MANY = 10.0  # the same for a number that is no usual null
 _MIN_REPEATS = 5  # of a number that no exporter is known to write for "no value"
 _MAX_NULLS = 4  # different undeclared nulls of one column
+_SPANS_IN_TABLE = 0.5  # the same for a number that is an undeclared null of another column
 _MAX_SHARE, _MAX_SHARE_ABOVE = 0.5, 0.2  # of the values, for nulls below and above all others
 
 
@@ -38,6 +42,35 @@ def without_undeclared_nulls(values: Array, positive: bool) -> tuple[Array, tupl
         found.append((float(null), int(np.count_nonzero(same))))
         values[same] = math.nan
     return values, tuple(found)
+
+
+def nulls_of_other_columns(columns: Mapping[str, Array], found: Mapping[str, Sequence[float]]) -> dict[str, set[float]]:
+    """Undeclared nulls that a column shares with others, although its own values leave them in doubt.
+
+    A null in ft lbf or deg lies near the readings. It is a null where it stands in a row in which the same number is
+    the null of another column, or outside all other values of its column.
+
+    Args:
+        columns: Each column with its nulls as numbers, (n,).
+        found: Nulls of each column that its own values show.
+    """
+    shared: dict[str, set[float]] = {}
+    for null in sorted({null for nulls in found.values() for null in nulls}):
+        owners = [name for name in columns if null in found.get(name, ())]
+        rows = np.any([columns[name] == null for name in owners], axis=0)
+        for name in columns.keys() - owners:
+            same = columns[name] == null
+            others = columns[name][np.isfinite(columns[name]) & ~same]
+            if np.any(same & rows) or (same.any() and is_null_like(null) and _lies_outside(null, others)):
+                shared.setdefault(name, set()).add(null)
+    return shared
+
+
+def _lies_outside(value: float, others: Array) -> bool:
+    if others.size < 2:
+        return False
+    distance, span, _ = _outside(value, others)
+    return distance > _SPANS_IN_TABLE * span
 
 
 def _is_null(value: float, known: Array, positive: bool) -> bool:
@@ -73,3 +106,13 @@ def stands_apart(value: float, others: Array, positive: bool) -> bool:
 def is_null_like(value: float) -> bool:
     """Whether exporters write this number for "no value"."""
     return _NULL_LIKE.fullmatch(f"{value:.10g}") is not None or abs(value) >= 1e29
+
+
+def null_in_some_unit(value: float, unit: str) -> str:
+    """The null and its unit that give a value in SI; empty where none does."""
+    kinds = [units for units in KINDS.values() if next(iter(units)) == unit] or [{unit: 1.0}]
+    for units in kinds:
+        for name, factor in units.items():
+            if factor > 0.0 and is_null_like(value / factor):
+                return f"{value / factor:.10g} {name}"
+    return ""

@@ -158,6 +158,11 @@ class Units:
             part if isinstance(part, str) else self.format(part.value, part.unit, part.digits) for part in text.parts
         )
 
+    def convert_message(self, message: Text) -> str:
+        """A text in these units, also the quantities of a plain `str` in SI: a note or a reason, say."""
+        plain = isinstance(message, str) and self.name != "si"
+        return self.convert_text(quantities_in(str(message)) if plain else message)
+
     def convert_label(self, label: str) -> str:
         """A heading or axis label, "name, unit", with the display unit."""
         name, unit = split_label(label)

@@ -29,7 +29,7 @@ def test_every_effect_has_its_own_phrase(effect):
         ("torque_sensor_bias", {"bias": -1250.0}, "1.25 kN m too low"),
         ("motor_wear", {"torque_loss": 0.004, "extra_leak": 0.2}, "The motor loses 20 % more of its speed"),
         ("friction_drift", {"rate": -5e-4}, "falls by 3.0 % per minute"),
-        ("tortuosity", {"curvature": math.radians(1.0) / 30.0}, "1.0 deg per 30 m"),
+        ("tortuosity", {"curvature": math.radians(1.0) / 30.0}, "1.0 deg/30 m"),
         ("top_drive_backlash", {"angle": math.radians(25.0)}, "25 deg of play"),
         ("cuttings_bed", {"factor": 1.6, "top": 2411.0, "bottom": 2903.0}, "1.60 times as high between 2411 m and"),
     ],
@@ -49,3 +49,5 @@ def test_phrase_is_written_in_the_readers_units():
     phrase = effect_phrase("axial_oscillation_tool", {"force": 4e3, "depth": 2591.0})
     assert str(phrase) == "Something shakes the string with 4.0 kN, 2591 m down"
     assert FIELD.convert_text(phrase) == "Something shakes the string with 0.90 klbf, 8501 ft down"
+    crooked = effect_phrase("tortuosity", {"curvature": math.radians(1.2) / 30.0})
+    assert str(crooked).endswith("by 1.2 deg/30 m") and FIELD.convert_text(crooked).endswith("by 1.2 deg/100 ft")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,6 +21,7 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.import_record import ImportRecord, IntegratedQuantity
 from slider_drilling.log.series import JointSeries, ScalarSeries
+from slider_drilling.log.value_limits import mask_impossible_values
 from slider_drilling.log_checks import LogChecks, check_log, check_without_rig
 from slider_drilling.log_checks.block_weight import check_block_weight
 from slider_drilling.log_checks.glitches import find_glitches
@@ -192,11 +194,38 @@ def test_other_rigs_file_is_unusable(log, rig):
     assert "standpipe_pressure" in error_of(log, wide)
 
 
-@pytest.mark.parametrize(("true", "taken"), [("psi", "bar"), ("bar", "psi"), ("MPa", "bar"), ("psi", "kPa")])
+@pytest.mark.parametrize(
+    ("true", "taken"),
+    # MPa taken for kPa is as far off as kPa that was never converted.
+    [pair for pair in itertools.permutations(("psi", "bar", "MPa", "kPa"), 2) if pair != ("MPa", "kPa")],
+)
 def test_unit_taken_for_another_is_named(log, rig, true, taken):
     factor = KINDS["pressure"][taken] / KINDS["pressure"][true]
     text = error_of(changed(log, "standpipe_pressure", value=lambda x: factor * x), rig)
-    assert f"looks like {true} that was imported as {taken}" in text
+    assert f"{true} that was imported as {taken}" in text
+    assert "mud_pump" not in text, "the pump is right"
+
+
+@pytest.mark.parametrize("steady", [False, True])
+def test_pump_in_spm_is_named_though_its_speed_is_no_rigs(log, rig, steady):
+    """A pump that runs steadily at 117.5 "rad/s" is one in strokes per minute, not a null."""
+    fast = changed(log, "mud_pump", velocity=lambda x: 30.0 / np.pi * (x if steady else x + np.sin(np.arange(x.size))))
+    text = error_of(mask_impossible_values(fast), rig)
+    assert "mud_pump turns" in text and "import it with unit spm" in text
+
+
+def test_repeated_null_of_a_pump_is_no_other_unit(log):
+    fast = mask_impossible_values(changed(log, "mud_pump", velocity=lambda x: 999.0 + 0.0 * x))
+    assert np.isnan(fast.mud_pump.velocity).all()
+
+
+@pytest.mark.parametrize(("column", "unit"), [("position", "deg"), ("position", "rev"), ("velocity", "deg/s")])
+def test_angle_or_speed_converted_twice_is_named_or_left_open(log, rig, column, unit):
+    """rad imported as deg makes the speed look like deg/s: both causes are named where both explain the ratio."""
+    kind = "angle" if column == "position" else "angular speed"
+    text = error_of(changed(log, "top_drive", **{column: lambda x: x * KINDS[kind][unit]}), rig)
+    si = "rad" if column == "position" else "rad/s"
+    assert f"looks like {si} that was imported as {unit}" in text
 
 
 def rows_of(checked: LogChecks) -> dict[str, tuple[str, str]]:
@@ -301,6 +330,24 @@ def test_dropped_samples_are_noted_and_unknown_motion_uninformative(log, rig):
     assert not checks.messages("uninformative")
     unlucky = check_log(replace(log, top_drive=without(log.top_drive, 200, 500)), rig)
     assert any("its motion there is unknown" in text for text in unlucky.messages("uninformative"))
+
+
+@pytest.mark.parametrize("missing", [np.nan, 0.0])
+@pytest.mark.parametrize(("turning", "found"), [(1.0, True), (0.0, False)])
+def test_gap_without_an_angle_is_unknown_motion_where_the_drive_turns(log, rig, missing, turning, found):
+    """A speed alone does not show what the drive turned in a gap."""
+    speed = changed(log, "top_drive", position=lambda x: missing + 0.0 * x).top_drive
+    near = (speed.time > 5.0) & (speed.time < 65.0)
+    speed = replace(speed, velocity=np.where(near, turning, 1.0) * speed.velocity)
+    keep = (speed.time < 20.0) | (speed.time > 50.0)
+    arrays = (getattr(speed, f.name)[keep] for f in dataclasses.fields(speed))
+    texts = check_log(replace(log, top_drive=JointSeries(*arrays)), rig).messages("uninformative")
+    assert any("its motion there is unknown" in text for text in texts) == found
+
+
+def test_log_that_is_nearly_all_gap_has_no_powers_of_ten(log, rig):
+    late = changed(log, "top_drive", time=lambda t: np.where(t > 40.0, t + 86400.0, t))
+    assert any("(100 %) are missing" in text for text in check_log(late, rig).messages("note"))
 
 
 def test_drive_that_hardly_turns_is_uninformative(rig):

@@ -13,13 +13,17 @@ from slider_drilling.cli import group
 from slider_drilling.contact import PAPER, friction_history
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.errors import InputError
+from slider_drilling.pages import page_html
 from slider_drilling.paper_studies.catalogue import STUDIES, run_study
+from slider_drilling.paper_studies.page import study_page
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.render import as_json, write_study
 from slider_drilling.paper_studies.rocking import rigid_ratio
 from slider_drilling.paper_studies.settled_cycle import coulomb_force, settled_cycle
+from slider_drilling.paper_studies.study import Claim, Study
 from slider_drilling.paper_studies.tool_motions import longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.torsional import rigid_ratio as rigid_torsional_ratio
+from slider_drilling.units import FIELD
 
 HOUR = 3600.0
 PIPE = Pipe()
@@ -205,3 +209,11 @@ def test_command_writes_and_prints_a_study(tmp_path):
     assert result.exit_code == 0, result.output
     assert "holds" in result.output
     assert (tmp_path / "wear_modes.json").is_file()
+
+
+def test_names_of_cases_are_in_the_readers_units():
+    """A page in units of the field has no case in rad or kN."""
+    claim = Claim("", "", {"hook_load_kn": {"rocking 10 rad": 1.0}}, False, "Not better: axial tool, 20 kN")
+    page = page_html(study_page(Study("a", "A", {}, (), (claim,)), FIELD), FIELD)
+    assert "rocking 1.6 turns" in page and "axial tool, 4.5 klbf" in page
+    assert " rad" not in page.partition("<body")[2].partition("<script")[0]

@@ -115,6 +115,17 @@ def test_clock_set_back_asks_for_the_zone(tmp_path: Path) -> None:
         import_table(written(tmp_path, text), time_zone="Mars/Base")
 
 
+@pytest.mark.parametrize(
+    ("zones", "zone"), [(("Z", "+01:00"), ""), (("Z", "+01:00"), "Europe/Berlin"), (("", ""), "Etc/UTC")]
+)
+def test_zone_that_is_known_is_not_asked_for(tmp_path: Path, zones: tuple[str, str], zone: str) -> None:
+    text = f"Time,HKLD (klbf)\n2024-03-31T02:00:00{zones[0]},200\n"
+    text += f"2024-03-31T0{2 if zones[1] else 1}:00:01{zones[1]},200\n"
+    with pytest.raises(InputError, match="goes back") as caught:
+        import_table(written(tmp_path, text), time_zone=zone)
+    assert "its zone" not in str(caught.value)
+
+
 @pytest.mark.parametrize("null", [-999.25, -999.0, -9999.0, -99999.0, 9999.0, -32768.0, 1e30])
 def test_undeclared_nulls_are_found(null: float) -> None:
     values = np.r_[np.linspace(190, 210, 50), null, np.linspace(190, 210, 50), null]
@@ -434,3 +445,35 @@ def test_well_of_the_paper_in_one_command(shared_data: Path, tmp_path: Path) -> 
     assert set(log.series()) == {"top_drive", "draw_works", "standpipe_pressure", "mud_pump", "mwd_tool_face"}
     assert log.draw_works is not None and hook(log)[0] == pytest.approx(194.9)
     assert log.top_drive is not None and log.top_drive.effort[0] == pytest.approx(6417 * FTLBF)
+
+
+@pytest.mark.parametrize("null", ["-32768", "-9999", "-999", "32767"])
+@pytest.mark.parametrize("alone", [False, True])
+def test_null_of_one_column_is_a_null_of_all(tmp_path: Path, null: str, alone: bool) -> None:
+    """A torque in ft lbf reads thousands: only the other columns show what the number is."""
+    size = 0.1 if alone else 1.0  # a null that is the torque's alone must at least lie outside its readings
+    rows = [[f"{size * 20000.0 * np.sin(0.3 * k):.1f}", f"{200.0 + np.sin(k):.2f}"] for k in range(100)]
+    rows[30] = [null, null]
+    rows[60][0 if alone else 1] = null
+    text = "Time (s),TORQUE (ft.lbf),HKLD (klbf)\n" + "".join(f"{k},{a},{b}\n" for k, (a, b) in enumerate(rows))
+    log = import_table(written(tmp_path, text)).log
+    assert log.top_drive is not None and log.draw_works is not None
+    assert np.nanmax(np.abs(log.top_drive.effort)) < 20001.0 * 1.356
+    assert np.isnan(log.top_drive.effort[log.top_drive.time == 30.0]).all()
+    assert np.isnan(log.draw_works.effort[log.draw_works.time == 30.0]).all()
+    assert any(note.startswith("'TORQUE (ft.lbf)': ") and "taken as null" in note for note in log.notes)
+
+
+def test_reading_that_another_column_has_as_null_stays(tmp_path: Path) -> None:
+    """An angle of 9999 deg in a row of its own is a reading."""
+    cells = [(9990 + k, 200.0 + np.sin(k)) for k in range(40)]
+    text = "Time (s),ANGLE (deg),HKLD (klbf)\n" + "".join(
+        f"{k},{a},{9999 if k == 20 else b:.8g}\n" for k, (a, b) in enumerate(cells)
+    )
+    mapping = tmp_path / "m.yaml"
+    mapping.write_text(
+        "schema: slider_drilling/csv/1\ntime: {column: Time (s), unit: s}\nchannels:\n"
+        "  top_drive_angle: {column: ANGLE (deg), unit: deg}\n  hook_load: {column: HKLD (klbf), unit: klbf}\n"
+    )
+    log = read_table(written(tmp_path, text), mapping)
+    assert log.top_drive is not None and np.isfinite(log.top_drive.position).all()

@@ -313,3 +313,10 @@ def test_command_lists_contents_in_chosen_units(tmp_path: Path, units: str, show
 
 def test_command_is_in_the_table_of_commands() -> None:
     assert COMMANDS["import"].module == "slider_drilling.commands.import_table"
+
+
+@pytest.mark.parametrize(("key", "value"), [("time_zone", "Europe/Oslo"), ("start", "2024-05-01"), ("decimal", ",")])
+def test_key_in_the_wrong_place_is_told_the_right_one(tmp_path: Path, key: str, value: str) -> None:
+    mapping = mapping_file(tmp_path, time={"column": "t", "unit": "s", key: value})
+    with pytest.raises(InputError, match=rf"time\.{key}: stands beside time, not in it; write {key} at the top level"):
+        read_table(table_file(tmp_path, "t,torque\n0,1\n"), mapping)

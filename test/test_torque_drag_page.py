@@ -10,9 +10,10 @@ from click.testing import CliRunner
 
 from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_drag_page
 from slider_drilling.commands.torque_drag import command
+from slider_drilling.commands.torque_drag_rig import charted_rig
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.log import RigLog
+from slider_drilling.log import LogWriter, RigLog, read_log
 from slider_drilling.log.series import JointSeries
 from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig, load_rig
@@ -148,3 +149,19 @@ def test_command_writes_rig_with_survey(tmp_path: Path, rig: Rig) -> None:
     assert (out / "torque_drag.html").stat().st_size < 1_500_000 and (out / "torque_drag.png").exists()
     table = (out / "torque_drag.csv").read_text().splitlines()
     assert len(table) == 1 + 2 * 40 and table[-1].startswith("0.3,4000,")
+
+
+def test_log_of_another_rig_is_said_to_be_one(tmp_path: Path, rig: Rig) -> None:
+    """A rig file that is given beside a log with its own is compared with that."""
+    own = installed_file("config/rig.example.yaml").read_text()
+    log, given = tmp_path / "run.mcap", tmp_path / "other.yaml"
+    with LogWriter(log, own) as writer:
+        for step in range(50):
+            writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.1 * step, 1.0, 5e3)
+    given.write_text(own)
+    assert not any("differs" in note for note in charted_rig(given, read_log(log, given), None)[1])
+    given.write_text(installed_file("config/rig.short.yaml").read_text())
+    (note,) = (note for note in charted_rig(given, read_log(log, given), None)[1] if "differs" in note)
+    short = load_rig(given)
+    assert f"the string reaches {rig.string.length:.5g} m, not {short.string.length:.5g} m" in note
+    assert "well.survey" in note and "\n" not in note

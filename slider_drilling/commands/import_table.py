@@ -153,7 +153,7 @@ def _print(imported: ImportedTable, outputs: tuple[Path, ...], as_json: bool, sh
     shown = {text for _, text in checks}
     for note in log.notes:
         if note not in shown:
-            stderr().print(Text(f"note: {note}"))
+            stderr().print(Text(f"note: {units.convert_message(note)}"))
     stdout().print(contents_table(log, units))
     print_checks(checked.rows(), units)
     if show_mapping:

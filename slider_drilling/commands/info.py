@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from slider_drilling.log import RigLog
     from slider_drilling.log.info import LogInfo, TopicInfo
     from slider_drilling.log_checks import CheckRow
+    from slider_drilling.rig import Rig
     from slider_drilling.units import Text, Units
 
 
@@ -50,7 +51,9 @@ def command(
     for note in record.notes if record is not None else ():
         if note not in notes:
             notes.append(note)
-    missing = {use: [refused] if record is None else _missing(record, use) for use in ("replay", "diagnosis")}
+    missing: dict[str, list[Text]] = {
+        use: [refused] if record is None else _missing(record, use) for use in ("replay", "diagnosis")
+    }
     assumed = [] if record is None else _assumed(record)
     rows = () if record is None else _checks(record, missing["diagnosis"])
     if as_json:
@@ -61,7 +64,7 @@ def command(
     print_info(info, notes, missing, assumed, rows, units, show_all)
 
 
-def _checks(record: RigLog, missing: list[str]) -> tuple[CheckRow, ...]:
+def _checks(record: RigLog, missing: list[Text]) -> tuple[CheckRow, ...]:
     """The table of log checks; what a diagnosis would be refused for is added to what it misses."""
     from slider_drilling.errors import InputError
     from slider_drilling.log_checks import check_log, check_without_rig
@@ -70,23 +73,30 @@ def _checks(record: RigLog, missing: list[str]) -> tuple[CheckRow, ...]:
         rig = record.rig()
     except InputError:
         rig = None
-    checked = check_without_rig(record) if rig is None or record.top_drive is None else check_log(record, rig)
-    missing += [*checked.messages("unusable"), *checked.messages("uninformative")]
+    if record.top_drive is None:
+        checked = check_without_rig(record, "needs top_drive/joint_states, which the log does not hold")
+    elif rig is None:
+        unreadable = "" if record.rig_text is None else "needs a rig file that can be read: give it with --rig"
+        checked = check_without_rig(record, unreadable)
+    else:
+        checked = check_log(record, rig)
+    missing += [*checked.texts("unusable"), *checked.texts("uninformative")]
     return checked.rows()
 
 
-def _missing(record: RigLog, use: str) -> list[str]:
+def _missing(record: RigLog, use: str) -> list[Text]:
     """Reasons why the log cannot be used for this, one sentence each; empty where it can."""
     from slider_drilling.diagnosis.replay import measured_channels
     from slider_drilling.errors import InputError
     from slider_drilling.log_inputs.commands_from_log import commands_from_log
 
+    reasons: list[Text] = []
+    rig: Rig | None
     try:
         rig = record.rig()
     except InputError as error:
-        rig, reasons = None, [str(error)]
-    else:
-        reasons = []
+        rig = None
+        reasons.append(str(error))
     if record.top_drive is None:
         return [*reasons, f"{record.source}: holds no top_drive/joint_states, which drives the plant"]
     if rig is None:
@@ -121,13 +131,13 @@ def _row(topic: TopicInfo) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text],
+def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[Text]], assumed: list[Text],
                 rows: Sequence[CheckRow]) -> None:  # fmt: skip
     print_json({
         "files": info.files, "bytes": info.bytes, "start_ns": info.start_ns, "duration_s": info.seconds,
         "messages": sum(topic.messages for topic in info.topics), "topics": [_row(topic) for topic in info.topics],
         "attachments": info.attachments, "metadata": info.metadata, "notes": notes,
-        "missing_for_replay": missing["replay"], "missing_for_diagnosis": missing["diagnosis"],
+        **{f"missing_for_{use}": [str(text) for text in reasons] for use, reasons in missing.items()},
         "assumed_in_replay": [str(text) for text in assumed],
         "log_checks": [{"check": row.check, "result": row.result, "text": str(row.text)} for row in rows],
     })  # fmt: skip

@@ -14,12 +14,13 @@ from slider_drilling.console.streams import stdout
 from slider_drilling.log.info import LogInfo, TopicInfo
 from slider_drilling.log_checks import CheckRow
 from slider_drilling.messages.topics import is_of_twin
-from slider_drilling.units import Text, Units
+from slider_drilling.units import Text, Units, format_number
 
 LINES = 25
 _TOPICS = 13  # topics that are listed where not all are asked for
 # Columns of the table that narrow terminals go without, and the width that they need.
 _WIDE = 110
+_OTHER_CLOCK_S = 1e5  # s of lag from which stamps are those of another clock
 _PADDING = 2  # behind a column
 
 
@@ -72,7 +73,7 @@ def print_info(
     printed.add(_head(info), is_needed=True)
     printed.add(_topic_lines(info.topics, console, None if show_all else _TOPICS), is_needed=True)
     printed.add(_uses(missing, units), is_needed=True)
-    printed.add(f"note: {note}" for note in notes)
+    printed.add(f"note: {units.convert_message(note)}" for note in notes)
     if checks:
         table = checks_table(checks, units)
         table.box, table.show_header = None, False
@@ -106,8 +107,9 @@ def _topic_lines(topics: Sequence[TopicInfo], console: Console, most: int | None
     table = Table("topic", box=None, padding=(0, _PADDING, 0, 0))
     for heading in heads:
         table.add_column(heading, justify="left" if heading == "type" else "right", no_wrap=True)
-    for topic, row in zip(listed, rows, strict=True):
-        table.add_row(topic.topic if most is None else _shortened(topic.topic, room), *row)
+    names = [topic.topic for topic in listed]
+    for name, row in zip(names if most is None else _shortened(names, room), rows, strict=True):
+        table.add_row(name, *row)
     others = [topic.topic for topic in topics if topic not in listed]
     rest = f"and {len(others)} other topics: {', '.join(others)}"
     if len(rest) > console.width:
@@ -121,19 +123,25 @@ def _cells(topic: TopicInfo, with_type: bool) -> list[str]:
     return [
         *([topic.message_type.rpartition("/")[2]] if with_type else []), str(topic.messages),
         _number(topic.rate, ".3g"), _number(topic.longest_gap, ".2f"), str(topic.gaps), str(topic.lost), back,
-        _number(topic.lag, ".2f"),
+        # Of a simulator whose stamps count from zero the lag is the epoch: its digits would only take room.
+        _number(topic.lag, ".2f") if not abs(topic.lag) >= _OTHER_CLOCK_S else format_number(topic.lag, 2),
     ]  # fmt: skip
 
 
-def _shortened(name: str, room: int) -> str:
-    """The end of a name, where it is too long."""
-    return name if len(name) <= room else f"...{name[-max(room - 3, 8) :]}"
+def _shortened(names: Sequence[str], room: int) -> list[str]:
+    """The ends of names that are too long, with as much of their beginnings as tells them apart."""
+    kept = max(room - 3, 8)
+    for begin in range(kept - 2):
+        shown = [name if len(name) <= room else f"{name[:begin]}...{name[begin - kept :]}" for name in names]
+        if len(set(shown)) == len(set(names)):
+            return shown
+    return list(names)
 
 
 def _uses(missing: Mapping[str, Sequence[Text]], units: Units) -> list[str]:
     """What the log can be used for, and why not for the rest: each reason once."""
     ready = "; ".join(f"{use}: {'not possible' if reasons else 'ready'}" for use, reasons in missing.items())
-    reasons = dict.fromkeys(units.convert_text(reason) for reasons in missing.values() for reason in reasons)
+    reasons = dict.fromkeys(units.convert_message(reason) for reasons in missing.values() for reason in reasons)
     return [ready, *(f"  {reason}" for reason in reasons)]
 
 

@@ -146,7 +146,7 @@ def checks_table(rows: Sequence[CheckRow], units: Units, source: str = "") -> ri
     table = Table("check", "result", "", title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
     for row in rows:
         if row.result != "ok":
-            table.add_row(row.check, row.result, Text(units.convert_text(row.text)))
+            table.add_row(row.check, row.result, Text(units.convert_message(row.text)))
     sound = ", ".join(row.check for row in rows if row.result == "ok")
     if sound:
         table.add_row("", "ok", sound)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _MAX_DEPTH_DIFFERENCE = 0.05  # of the string's length, between log and rig
 _LOADS = (0.7, 1.3)  # of the lightest and the heaviest hook load that friction below 0.5 gives
 _FRICTION = 0.5
+_MOST_SHOWN = 4  # differences between two rig files
 _ROUNDING = 0.1  # m by which a survey's last station and a string's length may differ: tables in whole tenths of feet
 
 
@@ -45,7 +46,7 @@ def charted_rig(
         rig, remarks = _with_survey(rig, survey_path, example)
         notes += remarks
     if log is not None:
-        notes += _strangers(log, rig)
+        notes += [*_other_rig(log), *_strangers(log, rig)]
     return rig, tuple(notes)
 
 
@@ -70,6 +71,50 @@ def _with_survey(rig: Rig, path: Path, example: bool) -> tuple[Rig, list[str]]:
         notes.append(f"{path.name} reaches {survey.length:.5g} m, {whose} string {length:.5g} m: the chart ends there")
     well = dataclasses.replace(rig.well, survey=survey.stations, name="")
     return check_rig(dataclasses.replace(rig, well=well), str(path)), notes
+
+
+def _other_rig(log: RigLog) -> list[str]:
+    """A note where the log's own rig file has another well, string, mud or contact than the one given."""
+    from slider_drilling.errors import InputError
+    from slider_drilling.rig import parse_rig
+
+    if log.replaced_rig_text is None:
+        return []
+    try:
+        own = parse_rig(log.replaced_rig_text, log.source)
+    except InputError:
+        return []  # the given rig file is there to replace it
+    found = _differences(own, log.rig())
+    if not found:
+        return []
+    more = f", and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
+    return [f"{log.source}: its own rig file differs from {log.rig_source}, which is drawn: "
+            f"{'; '.join(found[:_MOST_SHOWN])}{more}"]  # fmt: skip
+
+
+def _differences(own: Rig, given: Rig) -> list[str]:
+    """What differs between a log's rig and the given one in what hook load and torque depend on."""
+    found = []
+    if own.string.length != given.string.length:
+        found.append(f"the string reaches {own.string.length:.5g} m, not {given.string.length:.5g} m")
+    for part in ("well", "string", "mud", "contact"):
+        one, other = getattr(own, part), getattr(given, part)
+        for field in dataclasses.fields(one):
+            values = getattr(one, field.name), getattr(other, field.name)
+            if values[0] != values[1] and field.name != "name":
+                found.append(f"{part}.{field.name}{_both(values, field)}")
+    return found
+
+
+def _both(values: tuple[Any, Any], field: dataclasses.Field[Any]) -> str:
+    """Two numbers with their unit; empty for lists, which take too much room."""
+    from slider_drilling.units import SI, displayed, sentence
+
+    if not all(isinstance(value, (int, float)) for value in values):
+        return ""
+    unit = field.metadata["range"].unit if "range" in field.metadata else "-"
+    own, given = (displayed(float(value), unit, 4) for value in values)
+    return SI.convert_text(sentence(" is ", own, ", not ", given))
 
 
 def _strangers(log: RigLog, rig: Rig) -> list[str]:

@@ -222,8 +222,8 @@ class Tortuosity:
 
 
 def _tortuosity_phrase(v: Values) -> Text:
-    degrees = format_number(math.degrees(v["curvature"]) * 30.0, 2)
-    return sentence(f"The open hole is more crooked than the survey shows, by {degrees} deg per ", Quantity(30, "m", 2))
+    degrees = Quantity(math.degrees(v["curvature"]) * 30.0, "deg/30 m", 2)
+    return sentence("The open hole is more crooked than the survey shows, by ", degrees)
 
 
 TORTUOSITY = EffectDefinition(

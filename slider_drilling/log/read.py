@@ -85,7 +85,11 @@ def _read(
     log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
     record = _metadata(readers, RECORD)
     imported = ImportRecord.from_metadata(record) if record else None
-    return mask_impossible_values(replace(log, programme_text=programme, imported=imported))
+    # What is wrong with a rig file that is not used concerns nobody.
+    replaced = None if rig_path is None else _attached_text("rig.yaml", source, readers, [])[0]
+    return mask_impossible_values(
+        replace(log, programme_text=programme, imported=imported, replaced_rig_text=replaced)
+    )
 
 
 def _one_publisher(samples: TopicSamples, source: str, notes: list[str]) -> StampedSamples | None:

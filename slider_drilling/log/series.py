@@ -89,6 +89,7 @@ class LogContents:
             out.
         imported: What an import did to the table that the log comes from; None for a recorded log.
         programme_text: The programme that was run, as its file's text; None where none was.
+        replaced_rig_text: The text of the log's own rig file, where a given one replaces it.
     """
 
     source: str
@@ -99,6 +100,7 @@ class LogContents:
     notes: tuple[str, ...] = ()
     imported: ImportRecord | None = None
     programme_text: str | None = None
+    replaced_rig_text: str | None = None
     # One for each entry of the registry of topics.
     top_drive: JointSeries | None = None
     top_drive_command: JointSeries | None = None

@@ -12,7 +12,8 @@ from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import Array, ScalarSeries, Series
 from slider_drilling.log.timestamps import Mask
 from slider_drilling.messages.topics import TOPICS, TopicQuantity
-from slider_drilling.units import format_number
+from slider_drilling.null_values import null_in_some_unit
+from slider_drilling.units import KINDS, format_number
 
 # A channel with more of its values beyond the range is in another unit, unless these values are all the same.
 _MAX_SHARE = 0.5
@@ -48,7 +49,16 @@ def outside_range(values: Array, quantity: TopicQuantity) -> tuple[Mask, bool]:
     outside = (values < low) | (values > high) | (np.abs(values) > quantity.max_magnitude)  # false for NaN
     share = float(np.mean(outside[~np.isnan(values)])) if outside.any() else 0.0
     changes = len(np.unique(values[outside])) > max(2.0, 0.1 * np.count_nonzero(outside))
-    return outside, bool(share > _MAX_SHARE and changes)
+    return outside, bool(share > _MAX_SHARE and (changes or _is_constant_in_other_unit(values[outside], quantity)))
+
+
+def _is_constant_in_other_unit(values: Array, quantity: TopicQuantity) -> bool:
+    """Whether values that hardly change are a rig's in some unit, and in none a null: a pump that runs steadily."""
+    if not values.size or null_in_some_unit(float(values[0]), quantity.unit):
+        return False
+    units = next((units for units in KINDS.values() if next(iter(units)) == quantity.unit), {})
+    low, high = quantity.physical_range
+    return any(low <= factor * values.min() and factor * values.max() <= high for factor in units.values())
 
 
 def _note(quantity: TopicQuantity, values: Array, wrong: Mask, time: Array, is_other_unit: bool) -> str:

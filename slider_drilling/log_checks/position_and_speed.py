@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +56,7 @@ def check_position_and_speed(log: RigLog, rig: Rig) -> list[LogIssue]:
     drive = log.top_drive
     if drive is None:
         return []
-    disagreement = _disagreement(drive, _DRIVE)
+    disagreement = _disagreement(drive, _DRIVE, rig.top_drive.max_speed)
     if disagreement is not None:
         return [LogIssue("unusable", "top_drive", disagreement, "units and levels")]
     jumps = _angle_jumps(*_slope_and_speed(drive), rig)
@@ -103,8 +104,8 @@ def _slope_and_speed(series: JointSeries, coarse: bool = False) -> tuple[Array, 
     return time[1:], np.diff(position) / np.diff(time), np.diff(travelled) / np.diff(time)
 
 
-def _disagreement(series: JointSeries, axis: _Axis) -> str | None:
-    """Why the speed is not the slope of the position, None if it is."""
+def _disagreement(series: JointSeries, axis: _Axis, max_speed: float = math.inf) -> str | None:
+    """Why the speed is not the slope of the position, None if it is; max_speed: that the rig file gives, SI."""
     _, slope, speed = _slope_and_speed(series, coarse=True)
     fast = float(np.quantile(np.abs(slope), 0.95)) if slope.size else 0.0
     moving = np.abs(slope) > 0.2 * fast
@@ -122,13 +123,34 @@ def _disagreement(series: JointSeries, axis: _Axis) -> str | None:
     rounding = min(0.5 * quantisation_step(series.velocity[np.isfinite(series.velocity)]) / fast, 1.0)
     if 0.8 - rounding < ratio < 1.25 + rounding:
         return None
-    speeds = [name for name, si in axis.speeds.items() if abs(ratio * si - 1.0) < _UNIT_TOLERANCE]
-    positions = [name for name, si in axis.positions.items() if abs(ratio / si - 1.0) < _UNIT_TOLERANCE]
-    if speeds:
-        return f"{finding}: the speed looks like {' or '.join(speeds)}; it must be in {axis.units[1]}"
-    if positions:
-        return f"{finding}: the {axis.position} looks like {' or '.join(positions)}; it must be in {axis.units[0]}"
-    return f"{finding}: one of the two is not in {axis.units[0]} and s"
+    # Of a speed and a slope that no such drive reaches, that one is wrong: the other's unit does not explain it.
+    speed_may_be_right = float(np.quantile(np.abs(speed), 0.95)) <= _MAX_OVERSPEED * max_speed
+    position_may_be_right = fast <= _MAX_OVERSPEED * max_speed
+    hints = _mistaken_speed(ratio, axis) if position_may_be_right else []
+    hints += _mistaken_position(ratio, axis) if speed_may_be_right else []
+    if not hints:
+        return f"{finding}: one of the two is not in {axis.units[0]} and s"
+    must = f"; the {axis.position} must be in {axis.units[0]}, the speed in {axis.units[1]}"
+    return f"{finding}: {', or '.join(hints)}{must}"
+
+
+def _mistaken_speed(ratio: float, axis: _Axis) -> list[str]:
+    """What the speed looks like if the position is right: it is in another unit, or was converted from one."""
+    given = [name for name, si in axis.speeds.items() if abs(ratio * si - 1.0) < _UNIT_TOLERANCE]
+    converted = [name for name, si in axis.speeds.items() if abs(ratio / si - 1.0) < _UNIT_TOLERANCE]
+    return _looks_like("speed", given, converted, axis.units[1])
+
+
+def _mistaken_position(ratio: float, axis: _Axis) -> list[str]:
+    """What the position looks like if the speed is right."""
+    given = [name for name, si in axis.positions.items() if abs(ratio / si - 1.0) < _UNIT_TOLERANCE]
+    converted = [name for name, si in axis.positions.items() if abs(ratio * si - 1.0) < _UNIT_TOLERANCE]
+    return _looks_like(axis.position, given, converted, axis.units[0])
+
+
+def _looks_like(name: str, given: Sequence[str], converted: Sequence[str], si: str) -> list[str]:
+    hints = [f"the {name} looks like {' or '.join(given)}"] if given else []
+    return hints + ([f"the {name} looks like {si} that was imported as {' or '.join(converted)}"] if converted else [])
 
 
 def _angle_jumps(time: Array, slope: Array, speed: Array, rig: Rig) -> str | None:

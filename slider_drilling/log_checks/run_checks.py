@@ -22,6 +22,7 @@ from slider_drilling.log_checks.units_and_levels import check_level, check_pump_
 from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
 from slider_drilling.log_checks.unsigned import check_unsigned
 from slider_drilling.rig import Rig
+from slider_drilling.units import Text
 
 _NO_RIG = "needs the rig file: give it with --rig"
 _NO_ROTATION = "the string never rotates for 20 s with the block at rest and a hook load"
@@ -45,9 +46,13 @@ class LogChecks:
         """The table of checks."""
         return check_rows(self.log, self.issues, self.unchecked)
 
+    def texts(self, severity: Severity) -> tuple[Text, ...]:
+        """The sentences of one severity."""
+        return tuple(issue.text for issue in self.issues if issue.severity == severity)
+
     def messages(self, severity: Severity) -> tuple[str, ...]:
         """The sentences of one severity, in SI units."""
-        return tuple(str(issue.text) for issue in self.issues if issue.severity == severity)
+        return tuple(str(text) for text in self.texts(severity))
 
     def raise_if_unusable(self) -> None:
         """Raise InputError, one line, if the log is unusable as it is or with this rig file."""
@@ -100,13 +105,18 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     return LogChecks(log, tuple(issues), unchecked)
 
 
-def check_without_rig(log: RigLog) -> LogChecks:
-    """The checks that need no rig file: rate, gaps, clock, nulls, signs, integrated channels."""
+def check_without_rig(log: RigLog, reason: str = "") -> LogChecks:
+    """The checks that need no rig file: rate, gaps, clock, nulls, signs, integrated channels.
+
+    Args:
+        log: The log.
+        reason: Why the others are not made; by default, what makes them.
+    """
     issues = [*check_time_stamps(log, None), *check_import(log)]
     if not _any_unusable(issues):
         masked, nulls = mask_undeclared_nulls(log)
         issues += [*nulls, *check_unsigned(masked)]
-    reason = _NO_RIG if log.rig_text is None else "`slider-drilling info` compares the log with its rig file"
+    reason = reason or (_NO_RIG if log.rig_text is None else "`slider-drilling info` compares log and rig file")
     return LogChecks(log, tuple(issues), {"units and levels": reason, "block weight": reason})
 
 

@@ -12,7 +12,7 @@ from slider_drilling.log.series import Array
 from slider_drilling.log_checks.expected_levels import simulate_as_given
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
-from slider_drilling.units import Quantity, sentence
+from slider_drilling.units import Quantity, displayed, sentence
 
 _OPPOSITE = -0.5  # correlation of measured and simulated torque
 _RAISED = 0.2  # m
@@ -39,16 +39,17 @@ def _negative_levels(log: RigLog) -> list[LogIssue]:
     """Hook load, pressure and pump speed must be positive."""
     levels = []
     if log.draw_works is not None:
-        levels.append(("hook_load", log.draw_works.effort, "tension is positive"))
+        levels.append(("hook_load", log.draw_works.effort, "N", "tension is positive"))
     if log.standpipe_pressure is not None:
-        levels.append(("standpipe_pressure", log.standpipe_pressure.value, "pressure is positive"))
+        levels.append(("standpipe_pressure", log.standpipe_pressure.value, "Pa", "pressure is positive"))
     if log.mud_pump is not None:
-        levels.append(("mud_pump", log.mud_pump.velocity, "its speed is positive"))
+        levels.append(("mud_pump", log.mud_pump.velocity, "rad/s", "its speed is positive"))
     issues = []
-    for name, values, rule in levels:
+    for name, values, unit, rule in levels:
         known = values[np.isfinite(values)]
         if known.size and float(np.quantile(known, 0.9)) < 0.0:
-            text = f"{name} is negative ({float(np.median(known)):.4g}): {rule}; import it with sign: -1"
+            median = displayed(float(np.median(known)), unit, 4)
+            text = sentence(f"{name} is negative (", median, f"): {rule}; import it with sign: -1")
             issues.append(LogIssue("unusable", name, text, "signs"))
     return issues
 

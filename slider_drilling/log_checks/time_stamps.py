@@ -6,13 +6,16 @@ import numpy as np
 
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
+from slider_drilling.log.timestamps import Mask
 from slider_drilling.log_checks.issue import Check, LogIssue
+from slider_drilling.log_inputs.commands_from_log import unfilled_field
 from slider_drilling.rig import Rig
 
 # A gap is this many sampling intervals long, and at least this many seconds.
 _GAP_INTERVALS, _GAP_S = 10.0, 1.0
 # The drive moved during a gap if it turned by more than this, rad. Such gaps may fill this share of the log.
 _TURNED, _MAX_UNKNOWN = 0.5, 0.1
+_ABOUT_S = 10.0  # about a gap: whether the drive turns there shows whether it turned in the gap, without an angle
 _JUMP_S = 1.0
 _MIN_RATE = 0.5  # of the rate that the rig file declares
 _DROPPED = 1.5  # sampling intervals: samples are missing between two stamps that are farther apart
@@ -94,9 +97,13 @@ def _dropped(time: Array) -> str | None:
     longest = int(np.argmax(steps))
     share = 100.0 * missing / (missing + time.size)
     return (
-        f"{missing} samples ({share:.2g} %) are missing; the longest gap is {steps[longest]:.1f} s, "
+        f"{missing} samples ({_percent(share)} %) are missing; the longest gap is {steps[longest]:.1f} s, "
         f"at {time[longest]:.1f} s"
     )
+
+
+def _percent(share: float) -> str:
+    return f"{share:.2g}" if share < 99.5 else f"{share:.0f}"
 
 
 def _slow(time: Array, declared: float) -> str | None:
@@ -112,15 +119,18 @@ def _slow(time: Array, declared: float) -> str | None:
 def _unknown_motion(log: RigLog) -> list[LogIssue]:
     """Gaps in which the top drive turned: the motion that drives the simulation is unknown there."""
     drive = log.top_drive
-    if drive is None or drive.time.size < 2 or not np.isfinite(drive.position).any():
+    if drive is None:
         return []
-    known = np.isfinite(drive.position)
-    time, angle = drive.time[known], drive.position[known]
+    has_angle = np.isfinite(drive.position).any() and unfilled_field(drive) != "position"
+    motion = drive.position if has_angle else drive.velocity
+    known = np.isfinite(motion)
+    time, motion = drive.time[known], motion[known]
     steps = np.diff(time)
     if steps.size == 0:
         return []
     gaps = steps > max(_GAP_INTERVALS * float(np.median(steps)), _GAP_S)
-    gaps &= np.abs(np.diff(angle)) > _TURNED
+    turned = np.abs(np.diff(motion)) if has_angle else steps * _speed_about(time, motion, gaps)
+    gaps &= turned > _TURNED
     unknown = float(steps[gaps].sum())
     if unknown == 0.0:
         return []
@@ -131,6 +141,16 @@ def _unknown_motion(log: RigLog) -> list[LogIssue]:
     )
     share = unknown / float(time[-1] - time[0])
     return [LogIssue("uninformative" if share > _MAX_UNKNOWN else "note", "top_drive", text, "gaps")]
+
+
+def _speed_about(time: Array, speed: Array, gaps: Mask) -> Array:
+    """The fastest speed shortly before or after each gap, (n - 1,), zero elsewhere: a drive that reverses may be at
+    rest just where its samples are lost."""
+    fastest = np.zeros(time.size - 1)
+    for gap in np.flatnonzero(gaps):
+        near = (time >= time[gap] - _ABOUT_S) & (time <= time[gap + 1] + _ABOUT_S)
+        fastest[gap] = np.abs(speed[near]).max()
+    return fastest
 
 
 def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[LogIssue]:

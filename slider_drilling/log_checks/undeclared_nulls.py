@@ -12,8 +12,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.null_values import is_null_like, stands_apart
-from slider_drilling.units import KINDS
+from slider_drilling.null_values import null_in_some_unit, stands_apart
 
 _CHANNELS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "mwd_tool_face")
 _POSITIVE = ("hook_load", "standpipe_pressure", "pump_speed")
@@ -54,17 +53,7 @@ def _nulls(values: Array, unit: str, positive: bool) -> tuple[Any, str]:
             continue
         if not stands_apart(end, others, positive):
             continue
-        written = _written(end, unit)
+        written = null_in_some_unit(end, unit)
         if written:
             return values == end, written
     return none, ""
-
-
-def _written(value: float, unit: str) -> str:
-    """The null and its unit that give a value in SI; empty where none does."""
-    kinds = [units for units in KINDS.values() if next(iter(units)) == unit] or [{unit: 1.0}]
-    for units in kinds:
-        for name, factor in units.items():
-            if factor > 0.0 and is_null_like(value / factor):
-                return f"{value / factor:.10g} {name}"
-    return ""

@@ -64,13 +64,17 @@ def check_pump_unit(log: RigLog, rig: Rig) -> list[LogIssue]:
     as_logged = standpipe_pressure(log, rig)
     if as_logged is None or as_logged.fits or log.mud_pump is None:
         return []
-    in_rpm = standpipe_pressure(log, rig, KINDS["angular speed"]["rpm"])
+    rpm = KINDS["angular speed"]["rpm"]
+    in_rpm = standpipe_pressure(log, rig, rpm)
     if in_rpm is None or not 1.0 / _NEAR < in_rpm.measured / in_rpm.expected < _NEAR:
         return []
     speed = float(np.nanmedian(log.mud_pump.velocity))
+    # A pump whose speed is the rig file's as it is has the right unit: the pressure has not.
+    if speed * np.sqrt(rpm) < rig.reference_pump_speed:
+        return []
     text = sentence(
-        f"mud_pump turns at {speed:.4g} rad/s, whose flow needs ", Quantity(as_logged.expected / 1e5, "bar"), ", but ",
-        Quantity(as_logged.measured / 1e5, "bar"),
+        "mud_pump turns at ", Quantity(speed, "rad/s", 4), ", whose flow needs ",
+        Quantity(as_logged.expected / 1e5, "bar"), ", but ", Quantity(as_logged.measured / 1e5, "bar"),
         " were measured: it looks like strokes per minute; import it with unit spm",
     )  # fmt: skip
     return [LogIssue("unusable", "mud_pump", text, "units and levels")]
@@ -95,13 +99,14 @@ _MISTAKEN = (
     ("bar", "MPa"), ("klbf", "kN"), ("kN", "klbf"), ("klbf", "kdaN"), ("kdaN", "klbf"), ("tf", "klbf"), ("klbf", "tf"),
     ("kN", "kdaN"), ("kdaN", "kN"), ("kN", "tf"), ("tf", "kN"), ("ft lbf", "N m"), ("N m", "ft lbf"),
     ("kft lbf", "kN m"), ("kN m", "kft lbf"), ("kft lbf", "ft lbf"), ("ft lbf", "kft lbf"), ("ft lbf", "kN m"),
-    ("kN m", "ft lbf"), ("daN m", "kN m"), ("kN m", "daN m"),
+    ("kN m", "ft lbf"), ("daN m", "kN m"), ("kN m", "daN m"), ("MPa", "psi"), ("psi", "MPa"),
+    ("kPa", "MPa"),
 )  # fmt: skip
 _NEAR_PAIR = 1.6  # ratio of levels within which a mistaken unit explains the level
 
 
 def _mistaken_unit(ratio: float, factors: dict[str, float]) -> str:
-    """The pair of units that explains a measured over expected level best, in words; empty where none does.
+    """The pairs of units that explain a measured over expected level, at most two, in words; empty where none does.
 
     Args:
         ratio: Measured over expected level.
@@ -111,10 +116,8 @@ def _mistaken_unit(ratio: float, factors: dict[str, float]) -> str:
         return ""
     pairs = [(one, other) for one, other in _MISTAKEN if one in factors and other in factors]
     distance = {pair: abs(math.log(ratio * factors[pair[0]] / factors[pair[1]])) for pair in pairs}
-    best = min(distance, key=lambda pair: distance[pair], default=None)
-    if best is None or distance[best] > math.log(_NEAR_PAIR):
-        return ""
-    return f"{best[0]} that was imported as {best[1]}"
+    near = sorted((pair for pair in pairs if distance[pair] <= math.log(_NEAR_PAIR)), key=lambda pair: distance[pair])
+    return ", or ".join(f"{unit} that was imported as {taken}" for unit, taken in near[:2])
 
 
 def _matching_units(ratio: float, factors: dict[str, float]) -> list[str]:

@@ -22,7 +22,8 @@ def study_page(study: Study, units: Units = SI) -> Page:
     if study.claims:
         header = ("claim", "where", "measured", "verdict")
         rows = tuple(
-            (claim.claim, claim.paper, _measured(claim.measured, units), _verdict(claim)) for claim in study.claims
+            (claim.claim, claim.paper, _measured(claim.measured, units), _verdict(claim, units))
+            for claim in study.claims
         )
         sections.append(Section("Claims of the paper, and what the model shows", (Table(header, rows),)))
     if study.tables:
@@ -42,9 +43,9 @@ def _headline(claims: Sequence[Claim]) -> Headline | None:
     return Headline(f"{holding} These do not: {' '.join(failing)}", "bad")
 
 
-def _verdict(claim: Claim) -> tuple[Tag | str, ...]:
+def _verdict(claim: Claim, units: Units) -> tuple[Tag | str, ...]:
     tag = Tag("holds", "good") if claim.holds else Tag("does not hold", "bad")
-    return (tag, claim.reason) if claim.reason else (tag,)
+    return (tag, units.convert_message(claim.reason)) if claim.reason else (tag,)
 
 
 def _measured(measured: dict[str, Any], units: Units) -> tuple[str, ...]:
@@ -54,8 +55,9 @@ def _measured(measured: dict[str, Any], units: Units) -> tuple[str, ...]:
         head = f"{bare}, {unit}" if unit else bare
         if isinstance(value, dict):  # one line a case
             _, si_unit = _unit_of(name)
-            lines += [f"{head}:", *(f"\u2003{display_name(str(case))}: {_as_text(item, si_unit, units)}"
-                                   for case, item in value.items())]  # fmt: skip
+            names = (units.convert_message(display_name(str(case))) for case in value)
+            texts = (_as_text(item, si_unit, units) for item in value.values())
+            lines += [f"{head}:", *(f"\u2003{case}: {text}" for case, text in zip(names, texts, strict=True))]
         else:
             lines.append(f"{head}: {text}")
     return tuple(lines)

@@ -23,7 +23,7 @@ from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, longer, slide
 from slider_drilling.rig import Rig
 from slider_drilling.rig.example import example_rig
-from slider_drilling.units import Quantity, Text, sentence
+from slider_drilling.units import Quantity, Text, quantities_in, sentence
 
 RATE = 9.0
 DURATION = 900.0
@@ -89,7 +89,9 @@ def study() -> Study:
 
 def _reach_chart(rig: Rig, reach: dict[str, list[SlideResult]]) -> Chart:
     lengths = [rig.string.length + extra for extra in EXTRA]
-    curves = [curve(name, lengths, [result.hook_load / 1e3 for result in row]) for name, row in reach.items()]
+    curves = [
+        curve(quantities_in(name), lengths, [result.hook_load / 1e3 for result in row]) for name, row in reach.items()
+    ]
     level = (LEAST_HOOK_LOAD * _hanging(rig) / 1e3, "5 % of the hanging weight")
     return curve_chart("How far one can still slide", "well length, m", "hook load, kN", curves, level=level)
 
@@ -169,7 +171,7 @@ def _chart(title: Text, label: str, x: tuple[float, ...], runs: list[SlideResult
 def _table(outcomes: dict[str, SlideResult]) -> Table:
     header = ("case", "hook load", "weight on bit", "its spread", "rate of penetration", "weight let down that arrives")
     rows = tuple(
-        (name, Quantity(o.hook_load / 1e3, "kN", 4), Quantity(o.weight_on_bit / 1e3, "kN"),
+        (quantities_in(name), Quantity(o.hook_load / 1e3, "kN", 4), Quantity(o.weight_on_bit / 1e3, "kN"),
          Quantity(o.spread / 1e3, "kN"), Quantity(o.rate_of_penetration * HOUR, "m/h"), f"{100.0 * o.share:.0f} %")
         for name, o in outcomes.items()
     )  # fmt: skip

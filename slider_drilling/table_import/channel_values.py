@@ -38,6 +38,15 @@ class ChannelValues:
     times: RowTimes
     found: Findings
 
+    def read_columns(self) -> None:
+        """Read the columns of all channels, for what one shows of the nulls of the others. Raises InputError."""
+        names = []
+        for name, entry in self.mapping.channels.items():
+            for column in (entry.column, *entry.plus):
+                self.reader.values(column, name in _POSITIVE)
+                names.append(column)
+        self.reader.share_nulls(names)
+
     def channel(self, name: str) -> Array:
         """One channel in SI units, (n,), NaN where it has no value. Raises InputError."""
         entry = self.mapping.channels[name]

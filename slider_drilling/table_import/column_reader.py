@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.null_values import nulls_of_other_columns
 from slider_drilling.table_import.doubtful import check_points
 from slider_drilling.table_import.findings import Findings
 from slider_drilling.table_import.mapping import AUTO, TableLayout
@@ -37,6 +39,14 @@ class ColumnReader:
             table = without_words(self.table, name, self.layout.null_words)
             self.columns[name] = numbers(table, name, self.nulls, self.layout.decimal, positive, self.delimiter)
         return self.columns[name].values
+
+    def share_nulls(self, names: Collection[str]) -> None:
+        """Take undeclared nulls of one of these columns for nulls of the others, too. They were read before."""
+        read = {name: self.columns[name] for name in names}
+        found = {name: [null for null, _ in column.undeclared] for name, column in read.items()}
+        written = {name: column.written for name, column in read.items()}
+        for name, nulls in nulls_of_other_columns(written, found).items():
+            self.columns[name] = self.columns[name].without(nulls)
 
     def note(self, found: Findings) -> None:
         """Tell which nulls were not declared, and which marks were read. Raises InputError for doubtful points."""

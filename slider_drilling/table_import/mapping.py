@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from slider_drilling.errors import InputError
@@ -181,6 +181,7 @@ def parse_mapping(raw: Any, source: str) -> TableMapping:
     """The mapping from parsed YAML. Raises InputError with source, key and value."""
     if not isinstance(raw, dict):
         raise InputError(f"{source}: has no keys; see config/import.example.yaml")
+    _check_places(raw, source)
     layout = build_dataclass(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
@@ -209,6 +210,15 @@ def parse_mapping(raw: Any, source: str) -> TableMapping:
         scale["time"] = si_factor(layout.time.unit, "time", f"{source}: time")
     _check_targets(channels, source)
     return TableMapping(source, layout, channels, scale)
+
+
+def _check_places(raw: dict[str, Any], source: str) -> None:
+    """Raise InputError for a key of the table's layout that stands inside `time`."""
+    time = raw.get("time")
+    of_layout = {one.name for one in fields(TableLayout)} - {one.name for one in fields(TimeMapping)}
+    for key in time if isinstance(time, dict) else ():
+        if key in of_layout:
+            raise InputError(f"{source}: time.{key}: stands beside time, not in it; write {key} at the top level")
 
 
 def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:

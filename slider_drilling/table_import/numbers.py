@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,14 +36,22 @@ class Numbers:
     Attributes:
         values: NaN where there is none, (n,).
         undeclared: Numbers that were taken for nulls although nothing declares them, with how often each stands.
+        written: The values with undeclared nulls as they are written, (n,).
         comma: Whether commas were read as decimal marks.
         thousands: Whether commas or blanks were left out as marks of thousands.
     """
 
     values: Array
+    written: Array
     undeclared: tuple[tuple[float, int], ...] = ()
     comma: bool = False
     thousands: bool = False
+
+    def without(self, nulls: Iterable[float]) -> Numbers:
+        """The column with more undeclared nulls."""
+        counts = tuple((null, int(np.count_nonzero(self.written == null))) for null in sorted(nulls))
+        values = np.where(np.isin(self.written, [null for null, _ in counts]), math.nan, self.values)
+        return replace(self, values=values, undeclared=(*self.undeclared, *counts))
 
 
 def numbers(
@@ -67,8 +76,8 @@ def numbers(
     else:
         values, comma, thousands = _from_text(table, name, decimal, delimiter)
     values[np.isin(values, nulls) | np.isinf(values)] = math.nan
-    values, undeclared = without_undeclared_nulls(values, positive)
-    return Numbers(values, undeclared, comma, thousands)
+    known, undeclared = without_undeclared_nulls(values, positive)
+    return Numbers(known, values, undeclared, comma, thousands)
 
 
 def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[Array, bool, bool]:

@@ -159,6 +159,7 @@ def _log(
     reader = ColumnReader(table, mapping.layout, nulls, delimiter)
     times = row_times(reader, mapping, mapping.layout.time.date_order or source.heads.date_order, found)
     channels = ChannelValues(reader, mapping, times, found)
+    channels.read_columns()
     values = {name: channels.channel(name) for name in mapping.channels}
     if "pump_flow" in values:
         rig_text, rig_path = rig

@@ -56,19 +56,21 @@ def row_times(reader: ColumnReader, mapping: TableMapping, date_order: str, foun
     Raises:
         InputError: A cell is no time, there is none, or times go back.
     """
-    seconds, epoch_ns = _seconds(reader, mapping, date_order, found)
-    kept = _increasing(seconds, reader.table, mapping.layout.time.unit == ISO_TIME, found)
+    seconds, epoch_ns, zone_unknown = _seconds(reader, mapping, date_order, found)
+    kept = _increasing(seconds, reader.table, zone_unknown, found)
     return RowTimes(seconds, epoch_ns, kept)
 
 
-def _seconds(reader: ColumnReader, mapping: TableMapping, date_order: str, found: Findings) -> tuple[Array, int]:
-    """Time of every row, s, NaN where it has none; and the epoch ns of time 0."""
+def _seconds(
+    reader: ColumnReader, mapping: TableMapping, date_order: str, found: Findings
+) -> tuple[Array, int, bool]:
+    """Time of every row, s, NaN where it has none; the epoch ns of time 0; whether a zone would change the times."""
     layout, time = mapping.layout, mapping.layout.time
     start = 0 if not layout.start else _epoch_ns(layout.start, f"{mapping.source}: start")
     if time.unit == EXCEL_DAYS:
-        return (reader.values(time.column) - _EXCEL_EPOCH_DAYS) * 86_400.0, 0
+        return (reader.values(time.column) - _EXCEL_EPOCH_DAYS) * 86_400.0, 0, False
     if time.unit != ISO_TIME:
-        return reader.values(time.column) * mapping.scale["time"], start
+        return reader.values(time.column) * mapping.scale["time"], start, False
     stamps, notes = read_stamps(
         reader.table, time.column, time.date_column, date_order, layout.time_zone, mapping.source, layout.start
     )
@@ -78,7 +80,7 @@ def _seconds(reader: ColumnReader, mapping: TableMapping, date_order: str, found
     first = int(stamps[known][0])
     seconds = np.where(known, (stamps - first) * 1e-9, np.nan)
     _note_clock(seconds, first, notes, layout, found)
-    return seconds, first
+    return seconds, first, not notes.offset_known
 
 
 def _note_clock(seconds: Array, first: int, notes: ClockNotes, layout: TableLayout, found: Findings) -> None:
@@ -108,7 +110,7 @@ def _clock(epoch_ns: int, seconds: float) -> str:
     return moment.strftime("%Y-%m-%d %H:%M:%S")
 
 
-def _increasing(seconds: Array, table: Table, is_clock: bool, found: Findings) -> NDArray[np.bool_]:
+def _increasing(seconds: Array, table: Table, zone_unknown: bool, found: Findings) -> NDArray[np.bool_]:
     """Which rows to keep: those with a time, the last one of each. Raises InputError where times go back."""
     timed = np.flatnonzero(~np.isnan(seconds))
     if not timed.size:
@@ -118,7 +120,7 @@ def _increasing(seconds: Array, table: Table, is_clock: bool, found: Findings) -
     if back.size:
         before, after = timed[back[0]], timed[back[0] + 1]
         advice = "if these are two runs, import each with --rows"
-        if abs(steps[back[0]] + _HOUR) < _HOUR_TOLERANCE and is_clock:
+        if abs(steps[back[0]] + _HOUR) < _HOUR_TOLERANCE and zone_unknown:
             advice = "an hour: if the clock was set to winter time, give its zone with --time-zone or time_zone"
         raise InputError(
             f"{table.where(after)}: time goes back from {seconds[before]:g} s to {seconds[after]:g} s; {advice}"
