@@ -15,7 +15,7 @@ import time
 
 from slider_drilling.api.rigs import load_rig
 from slider_drilling.control import SlideController
-from slider_drilling.control.interface import Status
+from slider_drilling.control.interface import Level, Status
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetTarget
 from slider_drilling.live.server import Address, PageServer
@@ -62,6 +62,7 @@ class Slide:
                 Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
                 for one in self.controller.status()
             )
+            state.update_statuses([Status(Level.OK, "someone: log", 2000 * "x")])  # one word must not widen the page
 
     def tell(self, report: TwinReport) -> None:
         """What the twin's topics would bring to the page."""
