@@ -22,7 +22,7 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
-from slider_drilling.programmes import dump_programme, open_loop_commands, parse_programme
+from slider_drilling.programmes import Programme, Rest, Step, dump_programme, open_loop_commands, parse_programme
 from slider_drilling.programmes.limits import StepLimits
 from slider_drilling.programmes.progress import ProgrammeState
 from slider_drilling.test_planning.drilling_plan import PlanTestOptions, plan_after, plan_before_logs
@@ -142,6 +142,57 @@ def test_wrong_input_is_refused(tmp_path, arguments, words):
     assert isinstance(result.exception, InputError)
     assert words in str(result.exception)
     assert not (tmp_path / "out" / FILES[0]).exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        *(("right-torque", value, "must be 0.500 to 500 kN m") for value in ("0kN.m", "-5kN.m", "501kN.m")),
+        *(("left-torque", value, "must be 0.500 to 500 kN m") for value in ("0kN.m", "-5kN.m")),
+        *(("weight-on-bit", value, "must be 5.00 to 2000 kN") for value in ("0kN", "-1kN")),
+        *(("pressure", value, "must be 1.00 to 1500 bar") for value in ("0bar", "-10bar")),
+        ("toolface-swing", "0deg", "must be above 0"),
+        ("right-torque", "500kN.m", "is more than the top drive of the rig file gives; give 45.0 kN m at most"),
+        ("left-torque", "46kN.m", "is more than the top drive of the rig file gives; give 45.0 kN m at most"),
+        ("pressure", "10bar", "circulation alone takes"),
+    ],
+)
+def test_limit_that_cannot_be_is_refused_by_its_option(tmp_path, option, value, words):
+    rig = str(installed_file("config/rig.example.yaml"))
+    result = CliRunner().invoke(command, ["--rig", rig, f"--{option}", value, "-o", str(tmp_path / "out")])
+    assert isinstance(result.exception, InputError)
+    assert str(result.exception).startswith(f"--{option} ")
+    assert words in str(result.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("value", [0.0, -5e3, float("nan"), float("inf"), "20 kN m", True])
+@pytest.mark.parametrize("name", ["right_torque", "left_torque", "weight_on_bit", "pressure"])
+def test_limit_that_cannot_be_is_refused_by_its_argument(name, value):
+    with pytest.raises(InputError, match=f"^{name} = "):
+        PlanTestOptions(limits=StepLimits(**{name: value}))
+
+
+def test_limits_of_a_log_are_checked_before_its_diagnosis(tmp_path, monkeypatch):
+    path = tmp_path / "run.mcap"
+    sd.simulate(short_rig(), programme=Programme((Step(Rest(5.0)),)), elements=20).save(path)
+    monkeypatch.setattr("slider_drilling.api.diagnose.diagnose", lambda *_, **__: pytest.fail("it was diagnosed"))
+    arguments = ["--after", str(path), "--right-torque", "400kN.m", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(command, arguments)
+    assert isinstance(result.exception, InputError)
+    assert "--right-torque 400 kN m: is more than the top drive" in str(result.exception)
+
+
+@pytest.mark.parametrize(
+    ("limits", "name"),
+    [
+        ({"pressure": 1.1 * short_rig().circulating_pressure}, "pressure"), ({"weight_on_bit": 5e3}, "weight_on_bit"),
+        ({"right_torque": 500.0}, "right_torque"), ({"left_torque": 500.0}, "left_torque"),
+    ],
+)  # fmt: skip
+def test_limit_that_no_programme_keeps_is_named(limits, name):
+    with pytest.raises(InputError, match=rf"^{name} = .*: no programme stays within this limit: .* allow more$"):
+        plan_before_logs(short_rig(), replace(OPTIONS, limits=StepLimits(**limits)))
 
 
 def test_diagnosis_without_explanations_says_so(tmp_path):

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from slider_drilling.api.diagnose import DiagnosisResult
     from slider_drilling.api.plan_test import TestPlanResult
     from slider_drilling.gap.progress import Progress
+    from slider_drilling.programmes import StepLimits
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -65,33 +66,47 @@ def command(
     from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.programmes import StepLimits
+    from slider_drilling.programmes.limits import LimitError, check_on_rig
     from slider_drilling.test_planning.drilling_plan import PlanTestOptions
 
     if rig_path is None and after is None:
         raise InputError("plan-test: give --rig RIG, or --after DIAGNOSIS or LOG")
     limits = StepLimits(right_torque, left_torque, weight_on_bit, pressure)
     swing = math.inf if toolface_swing is None else toolface_swing
-    options = PlanTestOptions(minutes, limits, swing, programmes, seed)
-    rig = None if rig_path is None else load_rig(rig_path)
-    make_folder(output)
-    check_outputs([output / name for name in FILES], (rig_path, after))
-    with progress_stages() as report:
-        known = None if after is None else _diagnosed(after, rig_path, report)
-        result = plan_test(rig, known, options=options, progress=lambda share: report("comparing programmes", share))
+    try:
+        options = PlanTestOptions(minutes, limits, swing, programmes, seed)
+        rig = None if rig_path is None else load_rig(rig_path)
+        if rig is not None:
+            check_on_rig(limits, rig)
+        make_folder(output)
+        check_outputs([output / name for name in FILES], (rig_path, after))
+        with progress_stages() as report:
+            known = None if after is None else _diagnosed(after, rig_path, limits, report)
+            result = plan_test(rig, known, options=options,
+                               progress=lambda share: report("comparing programmes", share))  # fmt: skip
+    except LimitError as error:
+        option = error.name.replace("tool_face", "toolface").replace("_", "-")
+        raise InputError(f"--{option} {error.reason}") from None
     write_and_print(result.tree if as_json else None, lambda: _print(result, units),
                     lambda: result.save(output, units))  # fmt: skip
 
 
-def _diagnosed(after: Path, rig_path: Path | None, report: Progress) -> Path | DiagnosisResult:
-    """The diagnosis at a path, or that of the log there."""
+def _diagnosed(
+    after: Path, rig_path: Path | None, limits: StepLimits, report: Progress
+) -> Path | DiagnosisResult:
+    """The diagnosis at a path, or that of the log there, whose rig must allow the limits."""
     from slider_drilling.api.diagnose import diagnose
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.log import read_log
+    from slider_drilling.programmes.limits import check_on_rig
 
     is_answer = after.suffix == ".json" or (after.is_dir() and (after / "diagnosis.json").is_file())
     if is_answer:
         return after
-    return diagnose([read_log(after, rig_path)], None if rig_path is None else load_rig(rig_path), progress=report)
+    log = read_log(after, rig_path)
+    rig = log.rig() if rig_path is None else load_rig(rig_path)
+    check_on_rig(limits, rig)
+    return diagnose([log], None if rig_path is None else rig, progress=report)
 
 
 def _print(result: TestPlanResult, units: Units) -> None:

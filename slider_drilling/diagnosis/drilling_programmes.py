@@ -58,7 +58,8 @@ class ProgrammeLimits:
         """The share of each limit that a response uses, by name."""
         torque, swing = response.surface_torque, np.abs(response.tool_face - response.tool_face[0])
         return {
-            "torque": max(float(torque.max()) / self.steps.right_torque, -float(torque.min()) / self.steps.left_torque),
+            "torque to the right": float(torque.max()) / self.steps.right_torque,
+            "torque to the left": -float(torque.min()) / self.steps.left_torque,
             "weight on bit": float(response.weight_on_bit.max()) / self.steps.weight_on_bit,
             "standpipe pressure": float(response.standpipe_pressure.max()) / self.steps.pressure,
             "toolface": float(swing.max()) / self.tool_face_swing,
@@ -156,12 +157,16 @@ class DrillingProgrammes:
 
     def limit_use(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> Array:
         """See `Programmes`."""
+        return np.array([max(shares.values()) for shares in self.shares_of_limits(manoeuvre, sets)])
+
+    def shares_of_limits(self, manoeuvre: Manoeuvre, sets: Sequence[Values]) -> list[dict[str, float]]:
+        """For each parameter set, the largest share of each limit, by name: that used, or that a guard sees."""
         lowering = self.commands(manoeuvre).block_speed
-        rig, limits = self.model.rig, self.limits
-        return np.array([
-            max(*limits.use(response).values(), *limits.use_by_guard(response, lowering, rig).values())
-            for response in self.responses(manoeuvre, sets)
-        ])  # fmt: skip
+        shares = []
+        for response in self.responses(manoeuvre, sets):
+            used, seen = self.limits.use(response), self.limits.use_by_guard(response, lowering, self.model.rig)
+            shares.append({name: max(used[name], seen.get(name, used[name])) for name in used})
+        return shares
 
     def commands(self, manoeuvre: Manoeuvre) -> Commands:
         """What drives the rig in a run."""

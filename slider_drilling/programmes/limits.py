@@ -9,14 +9,36 @@ from typing import Any
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.schema.fields import quantity
+from slider_drilling.units import SI, display_unit, displayed, sentence
 
 _TORQUE: dict[str, Any] = {"at_least": 500.0, "at_most": 5e5, "usual": (500.0, 5e5), "mistaken_for": ("kN m",)}
 _MAKE_UP, _BACK_OFF = 25e3, 15e3  # N m; those of the slide controller
 _TORQUE_SHARE = 0.9  # of the weakest connection and of the top drive, for limits that the file leaves out
 _WEIGHT_SHARE, _STALL_SHARE = 0.85, 0.85  # of the motor's largest pressure
 _TOLERANCE = math.radians(30.0)
+CIRCULATION_SHARE = 0.95
+"""Share of a pressure limit that circulation alone must stay below."""
 
 ON_BOTTOM, OFF_BOTTOM, EITHER = "on bottom", "off bottom", "either"
+
+
+class LimitError(InputError):
+    """A limit that cannot be used, or not on this rig.
+
+    Args:
+        name: Of the argument.
+        value: SI unit.
+        unit: The SI unit.
+        reason: Why, and what to do.
+
+    Attributes:
+        name: Of the argument.
+        reason: The value, why it cannot be used, and what to do.
+    """
+
+    def __init__(self, name: str, value: float, unit: str, reason: str) -> None:
+        self.name, self.reason = name, f"{sentence(displayed(value, unit))}: {reason}"
+        super().__init__(f"{name} = {self.reason}")
 
 
 @dataclass(frozen=True)
@@ -67,6 +89,38 @@ def check_bit(limits: StepLimits, source: str, where: str) -> None:
     known = (ON_BOTTOM, OFF_BOTTOM, EITHER)
     if limits.bit is not None and limits.bit not in known:
         raise InputError(f"{source}: {where}.bit = {limits.bit[:60]!r}: must be {', '.join(known[:2])} or {known[2]}")
+
+
+def check_ranges(limits: StepLimits) -> None:
+    """Check each number against the range that a programme's file allows. Raises LimitError."""
+    for field in fields(limits):
+        value, range_ = getattr(limits, field.name), field.metadata.get("range")
+        if value is None or range_ is None:
+            continue
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(f"{field.name} = {str(value)[:60]!r}: expected a number in {range_.unit}")
+        if range_.complaint(value) is not None:
+            shown, factor = display_unit(range_.unit)
+            ends = SI.format_range(factor * range_.at_least, factor * range_.at_most, shown)
+            raise LimitError(field.name, value, range_.unit, f"must be {ends}")
+
+
+def check_on_rig(limits: StepLimits, rig: Rig) -> None:
+    """Check that the top drive can give a torque limit, and that circulation leaves room below a pressure limit.
+
+    Raises:
+        LimitError: It cannot, or it does not.
+    """
+    given = displayed(rig.top_drive.max_torque, "N m")
+    for name, torque in (("right_torque", limits.right_torque), ("left_torque", limits.left_torque)):
+        if torque is not None and torque > rig.top_drive.max_torque:
+            reason = sentence("is more than the top drive of the rig file gives; give ", given, " at most")
+            raise LimitError(name, torque, "N m", str(reason))
+    circulating = rig.circulating_pressure
+    if limits.pressure is not None and circulating >= CIRCULATION_SHARE * limits.pressure:
+        least = displayed(circulating / CIRCULATION_SHARE, "Pa")
+        reason = sentence("circulation alone takes ", displayed(circulating, "Pa"), "; give more than ", least)
+        raise LimitError("pressure", limits.pressure, "Pa", str(reason))
 
 
 def rig_limits(rig: Rig) -> StepLimits:

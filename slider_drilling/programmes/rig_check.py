@@ -7,7 +7,7 @@ import dataclasses
 from slider_drilling.control.block.auto_driller import AutoDriller
 from slider_drilling.control.interlocks.slide_interlocks import MIN_FLOW_SHARE, MIN_RATE
 from slider_drilling.errors import InputError
-from slider_drilling.programmes.limits import EITHER, CompleteLimits, complete
+from slider_drilling.programmes.limits import CIRCULATION_SHARE, EITHER, CompleteLimits, complete
 from slider_drilling.programmes.motion import DriveStates
 from slider_drilling.programmes.open_loop import initial_drives
 from slider_drilling.programmes.plan_motion import plan_motion
@@ -84,7 +84,7 @@ def _check_speeds(step: Step, rig: Rig, where: str) -> None:
 def _check_flow(start: DriveStates, end: DriveStates, limits: CompleteLimits, rig: Rig, where: str) -> None:
     """The pressure of circulation alone stays below the limit, and nothing is lowered without flow."""
     pressure = float(rig.circulation_at(max(start.pump, end.pump)))
-    if pressure >= 0.95 * limits.pressure:
+    if pressure >= CIRCULATION_SHARE * limits.pressure:
         raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "
                          f"{limits.pressure / 1e5:.0f} bar; less flow, or a higher limit")  # fmt: skip
     lowered = end.block > start.block or end.lowering > 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import inf, isfinite
 
 from slider_drilling.diagnosis.build_model import model_without_logs
 from slider_drilling.diagnosis.drill_string import DrillString
@@ -13,16 +13,28 @@ from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, knowledge_of
 from slider_drilling.drillstring import Response
 from slider_drilling.errors import InputError
 from slider_drilling.gap.experiment_design.knowledge import Knowledge, before_any_log
-from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan, plan_run
+from slider_drilling.gap.experiment_design.plan import (
+    NoProgrammeError,
+    PlannedRun,
+    TestPlan,
+    plan_run,
+    uncertain_values,
+)
 from slider_drilling.log import RigLog
 from slider_drilling.programmes import Programme
-from slider_drilling.programmes.limits import StepLimits
+from slider_drilling.programmes.limits import LimitError, StepLimits, check_on_rig, check_ranges
 from slider_drilling.rig import Rig
 
 MINUTES = 6.0
 EVALUATIONS = 300
 """Programmes that a plan compares by default."""
 _SHORTEST, _LONGEST = 1.0, 30.0  # min
+# By name of a limit in a run (`ProgrammeLimits.use`), the argument that sets it, and its unit.
+_ARGUMENTS = {
+    "torque to the right": ("right_torque", "N m"), "torque to the left": ("left_torque", "N m"),
+    "weight on bit": ("weight_on_bit", "N"), "standpipe pressure": ("pressure", "Pa"),
+    "toolface": ("tool_face_swing", "rad"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -50,7 +62,8 @@ class PlanTestOptions:
         if not _SHORTEST <= self.minutes <= _LONGEST:
             raise InputError(f"minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
         if not self.tool_face_swing > 0.0:
-            raise InputError("toolface swing: must be above 0")
+            raise LimitError("tool_face_swing", self.tool_face_swing, "rad", "must be above 0")
+        check_ranges(self.limits)
         if self.evaluations < 2:
             raise InputError(f"programmes: {self.evaluations} are none to choose from; compare at least 2")
 
@@ -97,8 +110,9 @@ def plan_before_logs(
     """The test that shows most of a rig of which there is no log.
 
     Raises:
-        InputError: No programme stays within the limits.
+        InputError: A limit cannot be used on this rig, or no programme stays within the limits.
     """
+    check_on_rig(options.limits, rig)
     model = model_without_logs(rig, 60.0 * options.minutes)
     return _plan(model, before_any_log(model), options, None, progress)
 
@@ -120,8 +134,9 @@ def plan_after(
         progress: Called with the share done.
 
     Raises:
-        InputError: A log cannot be used, or no programme stays within the limits.
+        InputError: A log or a limit cannot be used, or no programme stays within the limits.
     """
+    check_on_rig(options.limits, rig)
     if not answer.explanations:
         return plan_before_logs(rig, options, progress)
     model, knowledge = knowledge_of(answer, logs, rig)
@@ -140,6 +155,22 @@ def _plan(
         plan = plan_run(
             knowledge, programmes, evaluations=options.evaluations, seed=options.seed, progress=progress
         )  # fmt: skip
+    except NoProgrammeError as error:
+        raise _limit_in_the_way(error, knowledge, programmes) from None
     except ValueError as error:
-        raise InputError(f"plan-test: {error}; allow more torque, weight, pressure or toolface swing") from None
+        raise InputError(f"plan-test: {error}") from None
     return DrillingPlan(model.rig, options, plan, programmes, after)
+
+
+def _limit_in_the_way(error: NoProgrammeError, knowledge: Knowledge, programmes: DrillingProgrammes) -> InputError:
+    """The error that names the limit of which the gentlest programme uses most."""
+    worst: dict[str, float] = {}
+    limits = programmes.limits
+    for shares in programmes.shares_of_limits(error.gentlest, uncertain_values(knowledge)):
+        if not all(isfinite(share) for share in shares.values()):
+            return InputError("plan-test: no programme can be simulated with what is uncertain of this rig; check its "
+                              "rig file")  # fmt: skip
+        worst = {name: max(share, worst.get(name, share)) for name, share in shares.items()}
+    name, unit = _ARGUMENTS[max(worst, key=lambda each: worst[each])]
+    value = limits.tool_face_swing if name == "tool_face_swing" else getattr(limits.steps, name)
+    return LimitError(name, value, unit, f"no programme stays within this limit: {error.figures}; allow more")

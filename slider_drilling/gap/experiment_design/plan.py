@@ -71,6 +71,27 @@ class TestPlan:
         return self.without if self.without is not None else next(iter(self.fixed.values())).prospect
 
 
+class NoProgrammeError(ValueError):
+    """No programme stays within the limits.
+
+    Args:
+        gentlest: The run that uses the smallest share of a limit.
+        evaluations: Number of programmes that were compared.
+        used: The share that it uses.
+
+    Attributes:
+        gentlest: The run that uses the smallest share of a limit.
+        figures: How much it uses, in words.
+    """
+
+    def __init__(self, gentlest: Manoeuvre, evaluations: int, used: float) -> None:
+        self.gentlest = gentlest
+        most = f"{100.0 * LIMIT_SHARE:.0f} % is the most"
+        self.figures = f"of {evaluations}, the gentlest uses {100.0 * used:.0f} % of it, and {most}"
+        super().__init__(f"no programme stays within the limits: of {evaluations}, the gentlest uses "
+                         f"{100.0 * used:.0f} % of one, and {most}")  # fmt: skip
+
+
 def plan_run(
     knowledge: Knowledge,
     programmes: Programmes,
@@ -91,7 +112,8 @@ def plan_run(
         progress: Called with the share done.
 
     Raises:
-        ValueError: No programme stays within the limits.
+        NoProgrammeError: No programme stays within the limits.
+        ValueError: The answer so far cannot be simulated beyond its logs.
     """
     knowledge = _that_can_be_simulated(knowledge, programmes)
     some = [shape for shape in knowledge.shapes(_SHAPES, _POINTS) if shape.effect.fidelity == 0]
@@ -105,10 +127,7 @@ def plan_run(
 
     found = minimise(loss, programmes.variables, programmes.starts, evaluations, seed, progress)
     if found.loss > _FORBIDDEN * LIMIT_SHARE:
-        raise ValueError(
-            f"no programme stays within the limits: of {found.evaluations}, the gentlest uses "
-            f"{100.0 * found.loss / _FORBIDDEN:.0f} % of one, and {100.0 * LIMIT_SHARE:.0f} % is the most"
-        )
+        raise NoProgrammeError(programmes.programme(found.values), found.evaluations, found.loss / _FORBIDDEN)
     every = knowledge.shapes()
     planned = assess(knowledge, programmes, programmes.programme(found.values), every)
     runs = list(programmes.fixed.items())
@@ -147,7 +166,13 @@ def assess(
 
 
 def limit_use(knowledge: Knowledge, programmes: Programmes, manoeuvre: Manoeuvre) -> float:
-    """Largest share of a limit that a run uses: by the explanations, and with every free parameter off by its spread.
+    """Largest share of a limit that a run uses, over `uncertain_values`."""
+    used = programmes.limit_use(manoeuvre, uncertain_values(knowledge))
+    return float(np.max(used)) if np.isfinite(used).all() else _UNSTABLE
+
+
+def uncertain_values(knowledge: Knowledge) -> list[Values]:
+    """Parameter values that limits hold for: of the explanations, and with every free parameter off by its spread.
 
     Parameters without a prior, and those of single runs, stay as they are.
     """
@@ -159,8 +184,7 @@ def limit_use(knowledge: Knowledge, programmes: Programmes, manoeuvre: Manoeuvre
                 value = moved.get(each.name, each.nominal) + sign * each.spread
                 moved[each.name] = float(np.clip(value, each.lower, each.upper))
         sets.append(moved)
-    used = programmes.limit_use(manoeuvre, sets)
-    return float(np.max(used)) if np.isfinite(used).all() else _UNSTABLE
+    return sets
 
 
 def _that_can_be_simulated(knowledge: Knowledge, programmes: Programmes) -> Knowledge:
