@@ -17,12 +17,19 @@ from slider_drilling.investigation.belief_page import belief_page, investigation
 from slider_drilling.investigation.loop import Investigation, InvestigationOptions, investigate
 from slider_drilling.investigation.round import PlannedTest, Round, round_answer
 from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
+from slider_drilling.investigation.setup import FILE, InvestigationSetup, check_setup, keep_setup
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
 from slider_drilling.programmes import Programme, Rest, Step, load_programme, open_loop_commands
 from slider_drilling.programmes.open_loop import SETTLING
+from slider_drilling.rig import dump_rig, load_rig
 from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.units import SI
+
+
+def installed_rig():
+    return load_rig(installed_file("config/rig.example.yaml"))
+
 
 ASKED = {"reason": "no known effect explains the gap"}
 
@@ -183,6 +190,11 @@ def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
         (["--on", "sealed", "--drive-rig"], "--drive-rig: only with --on ros"),
         (["--on", "sealed", "--sealed-effect", "gremlins"], "gremlins: unknown; use stribeck"),
         (["--on", "sealed", "--size", "0"], "--size 0: must be 0.05 to 50"),
+        (["--on", "ros", "--drive-rig", "--effect", "heave"], "--effect: only with --on ros, of the simulated rig"),
+        (["--on", "ros", "--sealed-effect", "heave"], "--sealed-effect: only with --on sealed"),
+        (["--on", "ros", "--size", "2"], "--size: only with --on sealed"),
+        (["--on", "sealed", "--wait", "5"], "--wait: only with --on FOLDER"),
+        (["--on", "sealed", "--effect", "heave"], "--effect: only with --on ros"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, arguments, words):
@@ -190,3 +202,89 @@ def test_wrong_options_are_refused(tmp_path, arguments, words):
     result = CliRunner().invoke(command, ["--rig", rig, *arguments, "-o", str(tmp_path / "out")])
     assert isinstance(result.exception, InputError)
     assert words in str(result.exception)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--sealed-effect", "heave"], "--sealed-effect: only with --on sealed"),
+        (["--size", "1.5"], "--size: only with --on sealed"),
+        (["--effect", "heave"], "--effect: only with --on ros"),
+        (["--drive-rig"], "--drive-rig: only with --on ros"),
+        (["-o", "elsewhere"], "--output: leave it out; with --on "),
+        (["--wait", "-1"], "--wait -1: must be 0 min or more"),
+        (["--wait", "nan"], "--wait nan: must be 0 min or more"),
+    ],
+)
+def test_folder_refuses_what_it_would_ignore(tmp_path, arguments, words):
+    rig = str(installed_file("config/rig.example.yaml"))
+    result = CliRunner().invoke(command, ["--rig", rig, "--on", str(tmp_path / "well"), *arguments])
+    assert isinstance(result.exception, InputError)
+    assert str(result.exception).startswith(words)
+    assert not (tmp_path / "well").exists()
+
+
+SETUP = InvestigationSetup("sealed", short_rig(), 3, ("heave",), 1.5)
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (replace(SETUP, effects=("stribeck",)), "--sealed-effect heave, not stribeck; "),
+        (replace(SETUP, effects=()), "--sealed-effect heave, not none"),
+        (replace(SETUP, size=4.0), "--size 1.5, not 4.0"),
+        (replace(SETUP, seed=4), "--seed 3, not 4"),
+        (replace(SETUP, rig=installed_rig()), "another rig file"),
+        (InvestigationSetup("ros", short_rig(), 3, ("heave",)), "--on sealed, not ros"),
+        (InvestigationSetup("FOLDER", short_rig(), 3), "--on sealed, not FOLDER"),
+        (replace(SETUP, seed=4, size=2.0), "--size 1.5, not 2.0; --seed 3, not 4"),
+    ],
+)
+def test_logs_of_another_setup_are_refused(tmp_path, other, words):
+    keep_setup(tmp_path, SETUP)
+    (tmp_path / "log1.mcap").touch()
+    check_setup(tmp_path, SETUP)
+    keep_setup(tmp_path, SETUP)
+    kept = (tmp_path / FILE).read_bytes()
+    for refuse in (check_setup, keep_setup):
+        with pytest.raises(InputError, match="holds an investigation with another setup: ") as refused:
+            refuse(tmp_path, other)
+        assert words in str(refused.value)
+    assert (tmp_path / FILE).read_bytes() == kept
+
+
+def test_setup_without_a_log_is_replaced(tmp_path):
+    keep_setup(tmp_path, SETUP)
+    (tmp_path / "programme0.yaml").touch()
+    other = InvestigationSetup("FOLDER", installed_rig(), 1)
+    keep_setup(tmp_path, other)
+    assert not (tmp_path / "programme0.yaml").exists()
+    (tmp_path / "log1.mcap").touch()
+    check_setup(tmp_path, other)
+
+
+def test_logs_without_a_setup_are_those_of_a_folder(tmp_path):
+    (tmp_path / "log1.mcap").touch()
+    for source in ("sealed", "ros"):
+        with pytest.raises(InputError, match=r"holds log1\.mcap, but no investigation_setup\.json"):
+            check_setup(tmp_path, replace(SETUP, source=source))
+    keep_setup(tmp_path, InvestigationSetup("FOLDER", short_rig(), 3))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "slider_drilling/investigation_setup/9"}'])
+def test_damaged_setup_is_refused(tmp_path, text):
+    (tmp_path / FILE).write_text(text)
+    (tmp_path / "log1.mcap").touch()
+    with pytest.raises(InputError, match="damaged, or of another version"):
+        check_setup(tmp_path, SETUP)
+
+
+def test_command_refuses_the_logs_of_another_rig(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(dump_rig(short_rig()))
+    keep_setup(tmp_path / "out", SETUP)
+    (tmp_path / "out" / "log1.mcap").touch()
+    given = ["--rig", str(path), "--on", "sealed", "--sealed-effect", "stribeck", "--seed", "3"]
+    result = CliRunner().invoke(command, [*given, "-o", str(tmp_path / "out")])
+    assert isinstance(result.exception, InputError)
+    assert "--sealed-effect heave, not stribeck" in str(result.exception)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from slider_drilling.commands.options import SEED, json_option, units_option_with, write_and_print
 
@@ -78,24 +79,29 @@ def command(
     """
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.console.streams import progress_stages
-    from slider_drilling.errors import InputError
     from slider_drilling.investigation.belief_page import belief_page, investigation_json
     from slider_drilling.investigation.loop import InvestigationOptions, investigate
     from slider_drilling.investigation.sealed_source import opened, sealed_recorder, sealed_rig
+    from slider_drilling.investigation.setup import (
+        FOLDER,
+        ROS,
+        SEALED,
+        InvestigationSetup,
+        check_setup,
+        keep_setup,
+    )
     from slider_drilling.test_planning.drilling_plan import PlanTestOptions
 
-    if drive_rig and where != "ros":
-        raise InputError("--drive-rig: only with --on ros")
-    if effects and (where != "ros" or drive_rig):
-        raise InputError("--effect: only with --on ros, of the simulated rig")
-    if not re.fullmatch(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+", namespace) or (namespace != "/" and not drive_rig):
-        raise InputError(f"--namespace {namespace}: give a name such as /rig_7, with --drive-rig")
-    if not 0.05 <= size <= 50.0 or len(sealed_effects) > 2:
-        raise InputError(f"--size {size:g}: must be 0.05 to 50 noise floors, of one or two --sealed-effect")
+    _refuse_ignored(where)
+    _check_values(namespace, drive_rig, effects, size, sealed_effects, wait)
     rig = load_rig(rig_path)
-    folder = output if where in ("sealed", "ros") else Path(where)
+    source = where if where in (SEALED, ROS) else FOLDER
+    folder = Path(where) if source == FOLDER else output
     driven = namespace if drive_rig else None
-    sealed = sealed_rig(rig, sealed_effects, size, seed) if where == "sealed" else None
+    setup = InvestigationSetup(source, rig, seed, sealed_effects or effects, size if source == SEALED else None, driven)
+    check_setup(folder, setup)
+    sealed = sealed_rig(rig, sealed_effects, size, seed) if source == SEALED else None
+    keep_setup(folder, setup)
     record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait)
     plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
     options = InvestigationOptions(rounds, not plan_first, plan, seed)
@@ -115,6 +121,38 @@ def command(
         return page, tree
 
     write_and_print(investigation_json(found) if as_json else None, lambda: _print(found), write)
+
+
+def _refuse_ignored(where: str) -> None:
+    """Raise InputError for an option that the source would ignore."""
+    from slider_drilling.errors import InputError
+    from slider_drilling.investigation.setup import FOLDER, ROS, SEALED
+
+    source = where if where in (SEALED, ROS) else FOLDER
+    taken = {"sealed_effects": SEALED, "size": SEALED, "effects": ROS, "drive_rig": ROS, "wait": FOLDER}
+    context = click.get_current_context()
+    for option in context.command.params:
+        if context.get_parameter_source(option.name or "") is not ParameterSource.COMMANDLINE:
+            continue
+        if taken.get(option.name or "", source) != source:
+            raise InputError(f"{option.opts[-1]}: only with --on {taken[option.name or '']}; leave it out")
+        if option.name == "output" and source == FOLDER:
+            raise InputError(f"{option.opts[-1]}: leave it out; with --on {where} all files are in that folder")
+
+
+def _check_values(
+    namespace: str, drive_rig: bool, effects: Sequence[str], size: float, sealed_effects: Sequence[str], wait: float
+) -> None:
+    from slider_drilling.errors import InputError
+
+    if effects and drive_rig:
+        raise InputError("--effect: only with --on ros, of the simulated rig; leave it out with --drive-rig")
+    if not re.fullmatch(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+", namespace) or (namespace != "/" and not drive_rig):
+        raise InputError(f"--namespace {namespace}: give a name such as /rig_7, with --drive-rig")
+    if not 0.05 <= size <= 50.0 or len(sealed_effects) > 2:
+        raise InputError(f"--size {size:g}: must be 0.05 to 50 noise floors, of one or two --sealed-effect")
+    if not wait >= 0.0:
+        raise InputError(f"--wait {wait:g}: must be 0 min or more")
 
 
 def _recorder(

@@ -1,6 +1,7 @@
 """The loop of an investigation. Its folder holds everything; the same command goes on where the files end.
 
-log1.mcap  diagnosis1/  programme1.yaml  test_plan1.html  log2.mcap  diagnosis2/  ...  investigation.html
+investigation_setup.json  log1.mcap  diagnosis1/  programme1.yaml  test_plan1.html  log2.mcap  diagnosis2/  ...
+investigation.html
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from slider_drilling.test_planning.plan_page import plan_page
 from slider_drilling.units import Units
 
 COMMISSIONING = "commissioning"
+FIRST_PROGRAMME = "programme0.yaml"
 ROUTINE_S = 120.0
 """Length of the routine programme that an investigation without a log begins with."""
 # A further test is worth its time if it leaves less than this share of what is open now, and something is open.
@@ -92,7 +94,7 @@ def investigate(
     """
     make_folder(folder)
     rounds: list[Round] = []
-    programme = folder / "programme0.yaml"
+    programme = folder / FIRST_PROGRAMME
     if not programme.is_file() and not log_path(folder, 1).is_file():
         design = {each.name: float(ROUTINE.get(each.name, each.nominal)) for each in programme_variables(rig)}
         write_atomically(programme, dump_programme(programme_of(design, rig, ROUTINE_S)).encode())
