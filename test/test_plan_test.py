@@ -1,6 +1,7 @@
 """Test programmes of a rig: numbers to programmes, plans before and after a log, page, JSON, and wrong input."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +10,11 @@ from click.testing import CliRunner
 from short_well import short_rig
 
 import slider_drilling as sd
-from slider_drilling.api.plan_test import FILES, plan_test
+from slider_drilling.api.plan_test import FILES, logs_of, plan_test
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.commands.plan_test import command
 from slider_drilling.diagnosis.catalogue import catalogue, of_run
-from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
+from slider_drilling.diagnosis.earlier_answer import EarlierAnswer, read_earlier_answer
 from slider_drilling.diagnosis.programme_numbers import programme_of, programme_variables
 from slider_drilling.diagnosis.programme_words import programme_in_words
 from slider_drilling.drillstring import simulate
@@ -200,3 +201,48 @@ def test_diagnosis_without_explanations_says_so(tmp_path):
     path.write_text(json.dumps({"schema": "slider_drilling/diagnosis/3", "log": "a.mcap", "verdict": "none"}))
     with pytest.raises(InputError, match="holds no explanations: an older version wrote it"):
         plan_test(after=path)
+
+
+def diagnosis_of(folder, log):
+    """A diagnosis of a log at this path, as a file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tree = {"schema": "slider_drilling/diagnosis/3", "log": str(log), "verdict": "none", "effects": [],
+            "explanations": []}  # fmt: skip
+    (folder / "diagnosis.json").write_text(json.dumps(tree))
+    return read_earlier_answer(folder)
+
+
+@pytest.fixture(scope="module")
+def small_log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "run.mcap"
+    sd.simulate(short_rig(), programme=Programme((Step(Rest(5.0)),)), elements=20).save(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("named", "kept"),
+    [
+        ("run.mcap", "run.mcap"), ("logs/run.mcap", "logs/run.mcap"), ("run.mcap", "diagnosis/run.mcap"),
+        ("logs/run.mcap", "diagnosis/logs/run.mcap"), ("/gone/run.mcap", "diagnosis/run.mcap"),
+        ("logs/run.mcap", "diagnosis/run.mcap"),
+    ],
+)  # fmt: skip
+def test_log_of_a_moved_diagnosis_is_found_beside_it(tmp_path, monkeypatch, small_log, named, kept):
+    answer = diagnosis_of(tmp_path / "diagnosis", named)
+    (tmp_path / kept).parent.mkdir(exist_ok=True)
+    shutil.copy(small_log, tmp_path / kept)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert logs_of(answer)[0].source == str(tmp_path / kept)
+
+
+def test_missing_log_of_a_diagnosis_says_where_it_was_looked_for(tmp_path, monkeypatch, small_log):
+    answer = diagnosis_of(tmp_path / "diagnosis", "logs/run.mcap")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"log = 'logs/run\.mcap': is not there") as refused:
+        logs_of(answer)
+    for place in ("logs/run.mcap", "diagnosis/logs/run.mcap", "diagnosis/run.mcap"):
+        assert str(tmp_path / place) in str(refused.value)
+    assert str(refused.value).endswith("put it beside diagnosis.json")
+    shutil.copy(small_log, tmp_path / "diagnosis")
+    assert logs_of(answer)[0].source == str(tmp_path / "diagnosis" / "run.mcap")

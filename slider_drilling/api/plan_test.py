@@ -92,7 +92,7 @@ def plan_test(
     Args:
         rig: The rig file; that of the logs if None.
         after: A diagnosis, or the path of a diagnosis.json or its folder; None before any log.
-        logs: The logs of the diagnosis, where they are no longer at the paths that it names.
+        logs: The logs of the diagnosis, where they are neither at the paths that it names nor beside it.
         options: What the test may be.
         progress: Called with the share done.
 
@@ -110,13 +110,36 @@ def plan_test(
 
 
 def logs_of(answer: EarlierAnswer, given: Sequence[LogLike] = ()) -> list[RigLog]:
-    """The logs of a diagnosis: those given, else those at the paths that it names. Raises InputError."""
+    """The logs of a diagnosis: those given, else those that it names (`_path_of_log`). Raises InputError."""
     if given and len(given) != len(answer.logs):
         raise InputError(f"{answer.source}: was made of {len(answer.logs)} logs, {len(given)} are given")
-    for path in () if given else answer.logs:
-        if not Path(path).exists():
-            raise InputError(f"{answer.source}: log = {path!r}: is not there; run from the folder of the diagnosis")
-    return [as_log(log) for log in (given or answer.logs)]
+    return [as_log(log) for log in (given or [_path_of_log(answer, name) for name in answer.logs])]
+
+
+def _path_of_log(answer: EarlierAnswer, name: str) -> Path:
+    """Where a log of a diagnosis is.
+
+    The path may start from the working directory, from the folder of diagnosis.json, or from the one above, in which
+    `diagnose` was run by default. A log beside diagnosis.json is found by its file name alone.
+
+    Args:
+        answer: The diagnosis.
+        name: Path of the log as the diagnosis names it.
+
+    Raises:
+        InputError: The log is at none of these places.
+    """
+    file, own = Path(answer.source), Path(name)
+    places = [own]
+    if file.is_file():
+        folder = file.absolute().parent
+        places += [folder / own, folder.parent / own, folder / own.name]
+    found = next((place for place in places if place.exists()), None)
+    if found is None:
+        tried = ", ".join(dict.fromkeys(str(place.absolute()) for place in places))
+        todo = f"put it beside {file.name}" if file.is_file() else "give the logs (logs=)"
+        raise InputError(f"{answer.source}: log = {name!r}: is not there (looked for {tried}); {todo}")
+    return found
 
 
 def _result(plan: DrillingPlan) -> TestPlanResult:
