@@ -183,6 +183,20 @@ def test_unreadable_log_fails_alone(tmp_path):
     assert sorted(path.stat().st_mtime_ns for path in (out / "results").glob("*.json")) == before
 
 
+@pytest.mark.parametrize("more", [[], ["--together"], ["--baseline"], ["--since"]])
+def test_name_that_no_effect_has_ends_before_the_work(tmp_path, monkeypatch, more):
+    logs = [str(write_idle(tmp_path / name, seed)) for seed, name in enumerate(("a.mcap", "b.mcap"))]
+    after = {"--baseline": [logs[0], "--baseline", logs[1]], "--since": [logs[0], "--since", "auto"]}
+    begins = ("diagnosis.diagnose.check_log", "diagnosis.diagnose_change.fit_baseline", "api.what_changed.find_since")
+    for work in begins:
+        monkeypatch.setattr(f"slider_drilling.{work}", lambda *_: pytest.fail("it had begun"))
+    arguments = after.get(more[0] if more else "", [*logs, *more])
+    result = CliRunner().invoke(group, ["diagnose", *arguments, "--only", "nonsense", "-o", str(tmp_path / "out")])
+    assert isinstance(result.exception, InputError)
+    assert "only nonsense: not a" in str(result.exception)
+    assert not list(tmp_path.glob("out/*"))
+
+
 def test_logs_are_fitted_together_on_request_only(tmp_path, monkeypatch):
     monkeypatch.setattr("slider_drilling.diagnosis.diagnose.recommend_first_run", lambda *arguments: None)
     logs = [str(write_idle(tmp_path / f"{name}.mcap", seed)) for seed, name in enumerate(("one", "two"))]

@@ -209,10 +209,17 @@ def test_scores_are_those_of_a_campaign():
     [({"n": 0}, "n = 0"), ({"duration": 0.0}, "duration = 0"), ({"samples": 0}, "samples = 0"),
      ({"actions": "torque"}, "actions = 'torque'"), ({"autoreset": "never"}, "autoreset = 'never'"),
      ({"effects": ("gravity",)}, "'gravity' is unknown"), ({"foreign": 1.5}, "foreign = 1.5"),
-     ({"threads": 0}, "threads = 0"), ({"drawn": 0}, "drawn = 0"), ({"rig": []}, "at least one rig")],
+     ({"threads": 0}, "threads = 0"), ({"drawn": 0}, "drawn = 0"), ({"rig": []}, "at least one rig"),
+     *(({name: value}, f"^vector_env: {name} = {value!r}: give ") for value in ("a", [2], True)
+       for name in ("n", "drawn", "samples", "threads", "duration", "foreign")),
+     ({"n": None}, "^vector_env: n = None: give a whole"), ({"samples": None}, "samples = None: give a whole"),
+     *(({name: 2.5}, f"^vector_env: {name} = 2.5: give a whole") for name in ("n", "drawn", "samples", "threads")),
+     *(({"rig": value}, "^vector_env: rig = .*: give a rig as `load_rig`") for value in ("x", 5, ["x"], {})),
+     *(({"effects": value}, "^vector_env: effects = ") for value in ("heave", 5, None)),
+     *(({name: value}, f"^vector_env: {name} = ") for name in ("actions", "autoreset") for value in (5, ["speed"]))],
 )  # fmt: skip
 def test_bad_argument_is_named(options, message):
-    with pytest.raises(sd.InputError, match=message):
+    with pytest.raises(sd.InputError, match=message.replace("[2]", r"\[2\]")):
         slides(**{"n": 2, **options})
 
 

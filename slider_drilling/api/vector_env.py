@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from numbers import Integral, Real
 from typing import TYPE_CHECKING
 
 from slider_drilling.api.checks import check_elements, check_seed
@@ -58,6 +59,11 @@ def vector_env(
     """
     from slider_drilling.training.draw import draw_rigs, given_rigs
 
+    counts = {"drawn": drawn, "threads": threads}
+    given = {name: count for name, count in counts.items() if count is not None}
+    _check_kinds({"n": n, "samples": samples, **given}, Integral, "a whole number")
+    _check_kinds({"duration": duration, "foreign": foreign}, Real, "a number")
+    _check_kinds({"actions": actions, "autoreset": autoreset}, str, "a word")
     if not 1 <= n <= MAX_SLOTS:
         raise InputError(f"vector_env: n = {n}: must be within 1 to {MAX_SLOTS}")
     check_seed(seed, "vector_env")
@@ -68,11 +74,27 @@ def vector_env(
         raise InputError(f"vector_env: {error}; pip install 'slider_drilling[gym]'") from None
     options = EpisodeOptions(duration, samples, actions, autoreset, threads)
     if rig is not None and not isinstance(rig, Rig):
-        if not rig or drawn is not None:
-            raise InputError("vector_env: rig: give at least one rig, and no `drawn` with several")
-        return VectorSlideEnvironment(n, given_rigs(rig, duration), elements, options)
+        return VectorSlideEnvironment(n, given_rigs(_several(rig, drawn), duration), elements, options)
+    if not isinstance(effects, bool) and (isinstance(effects, str) or not isinstance(effects, Sequence)):
+        raise InputError(f"vector_env: effects = {effects!r}: give True, False or a list of names")
     count = min(n, DRAWN) if drawn is None else drawn
     if not 1 <= count <= MAX_SLOTS:
         raise InputError(f"vector_env: drawn = {drawn}: must be within 1 to {MAX_SLOTS}")
     base = rig if rig is not None else load_rig(installed_file("config/rig.example.yaml"))
     return VectorSlideEnvironment(n, draw_rigs(count, base, seed, duration, effects, foreign), elements, options)
+
+
+def _check_kinds(given: Mapping[str, object], kind: type, what: str) -> None:
+    """Check the kind of values by argument. Raises InputError."""
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, kind):
+            raise InputError(f"vector_env: {name} = {value!r:.60}: give {what}")
+
+
+def _several(rig: object, drawn: int | None) -> Sequence[Rig]:
+    """Several rigs, as they are given. Raises InputError."""
+    if isinstance(rig, str) or not isinstance(rig, Sequence) or not all(isinstance(each, Rig) for each in rig):
+        raise InputError(f"vector_env: rig = {rig!r:.60}: give a rig as `load_rig` returns it, or a list of them")
+    if not rig or drawn is not None:
+        raise InputError("vector_env: rig: give at least one rig, and no `drawn` with several")
+    return rig

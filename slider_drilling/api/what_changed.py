@@ -7,8 +7,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from slider_drilling.diagnosis.catalogue import check_names
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
 from slider_drilling.diagnosis.result import Diagnosis
+from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
+from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
@@ -38,7 +41,7 @@ class ChangeRequest:
     seed: int = 0
 
     def check(self, until: float, with_user_effects: bool, with_after: bool) -> None:
-        """Refuse what does not go together.
+        """Refuse what does not go together, and names that no change has.
 
         Raises:
             InputError: Naming the options.
@@ -53,6 +56,7 @@ class ChangeRequest:
             raise InputError("after: not with baseline or since, whose baseline is calibrated anew")
         if with_user_effects:
             raise InputError("effects: not with baseline or since: only the catalogue and changes of the rig there")
+        check_names(self.only, (*EFFECTS, *RIG_CHANGES), "a change")
 
 
 def parse_since(text: str | None) -> float | Literal["auto"] | None:

@@ -111,6 +111,16 @@ def folder_names(logs: Sequence[Path]) -> list[str]:
     return names
 
 
+def check_effect_names(options: DiagnoseOptions) -> None:
+    """Check the names of the effects that are considered. Raises InputError."""
+    from slider_drilling.diagnosis.catalogue import check_names
+    from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
+    from slider_drilling.effects import EFFECTS
+
+    own = [*installed_effects(), *(load_effect(reference) for reference in options.effects)] if options.only else []
+    check_names(options.only, (*EFFECTS, *(user.effect.name for user in own)))
+
+
 def user_effect_files(references: Sequence[str]) -> dict[str, str]:
     """Returns the source files of user effects, those of installed packages too. An edit changes the result of a job.
 

@@ -30,6 +30,7 @@ def diagnose_each(
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.campaign.diagnose_logs import (
         as_json,
+        check_effect_names,
         check_report_files,
         folder_names,
         log_job,
@@ -42,6 +43,7 @@ def diagnose_each(
     from slider_drilling.files.output_files import check_outputs, make_folder, make_subfolder, write_atomically
     from slider_drilling.pages import write_page
 
+    check_effect_names(options)
     make_folder(output)
     check_outputs([output / PAGE, output / FILE], (*logs, options.rig))
     names = folder_names(logs)

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from slider_drilling.effects import EFFECTS, SEARCH_ORDER, EffectDefinition, FitParameter, Search, SearchInputs
 from slider_drilling.effects.contact import STATIC_AGING, STICK_SLIP_AGING_SEARCH
+from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter, Values
 
 # Before the number of the run that a parameter belongs to, from the second run on.
@@ -34,6 +35,13 @@ def catalogue(
     """
     inputs = SearchInputs(length, duration, wave_periods, tool_frequencies, torque_interval)
     return tuple(_candidate(definition, definition.search(inputs), runs) for definition in SEARCH_ORDER)
+
+
+def check_names(only: Sequence[str], known: Sequence[str], what: str = "an effect") -> None:
+    """Check the names of effects or changes to consider. Raises InputError for one that is not known."""
+    for name in only:
+        if name not in known:
+            raise InputError(f"only {name}: not {what} that this log can show; use {', '.join(known)}")
 
 
 def static_aging_with_slip_distance() -> Effect:

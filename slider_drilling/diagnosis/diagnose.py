@@ -9,6 +9,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model, model_without_logs
 from slider_drilling.diagnosis.build_result import with_engine_result
+from slider_drilling.diagnosis.catalogue import check_names
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.earlier_answer import EarlierAnswer
 from slider_drilling.diagnosis.nuisance import START_TWISTS
@@ -17,6 +18,7 @@ from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.rig_values import rig_with
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.diagnosis.warm_start import calibration_start, with_earlier_starts
+from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.gap.explain import explain
 from slider_drilling.gap.model import Effect, Values
@@ -72,6 +74,7 @@ def diagnose(
     """
     if not 0.0 < until <= 1.0:
         raise InputError(f"until {until:g}: must be above 0 and at most 1")
+    check_names(only, (*EFFECTS, *(user.effect.name for user in user_effects)))
     checks = tuple(check_log(log, rig) for log in logs)
     for checked in checks:
         checked.raise_if_unusable()
@@ -133,9 +136,7 @@ def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> Dr
 
 def _candidates(model: DrillString, only: Sequence[str]) -> list[Effect]:
     known = {effect.name: effect for effect in model.effects}
-    for name in only:
-        if name not in known:
-            raise InputError(f"only {name}: not an effect that this log can show; use {', '.join(known)}")
+    check_names(only, tuple(known))
     return [known[name] for name in only] or list(known.values())
 
 

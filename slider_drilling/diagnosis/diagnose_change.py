@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from slider_drilling.diagnosis.baseline import Baseline, candidates_for_change, fit_baseline, shared_nuisance
 from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.catalogue import check_names
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
 from slider_drilling.diagnosis.change_result import change_diagnosis
@@ -130,10 +131,7 @@ def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
 def _changed_string(string: DrillString, baseline: Baseline, only: Sequence[str]) -> ChangedString:
     """The model of the later logs. Raises InputError for a name that is no candidate."""
     candidates = candidates_for_change(string.effects, baseline.standing, baseline.values)
-    names = [effect.name for effect in candidates]
-    for name in only:
-        if name not in names:
-            raise InputError(f"only {name}: not a change that this log can show; use {', '.join(names)}")
+    check_names(only, [effect.name for effect in candidates], "a change")
     candidates = tuple(effect for effect in candidates if not only or effect.name in only)
     return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates)
 
