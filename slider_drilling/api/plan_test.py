@@ -90,7 +90,7 @@ def plan_test(
     """Plan the test programme that shows most.
 
     Args:
-        rig: The rig file; that of the logs if None.
+        rig: The rig file; that of the diagnosis if None.
         after: A diagnosis, or the path of a diagnosis.json or its folder; None before any log.
         logs: The logs of the diagnosis, where they are neither at the paths that it names nor beside it.
         options: What the test may be.
@@ -106,7 +106,7 @@ def plan_test(
         return _result(plan_before_logs(rig, chosen, progress))
     answer = as_earlier_answer(after)
     records = logs_of(answer, logs)
-    return _result(plan_after(answer, records, records[0].rig() if rig is None else rig, chosen, progress))
+    return _result(plan_after(answer, records, rig or answer.rig() or records[0].rig(), chosen, progress))
 
 
 def logs_of(answer: EarlierAnswer, given: Sequence[LogLike] = ()) -> list[RigLog]:

@@ -31,7 +31,8 @@ Examples:
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file. [default: that of the logs]")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path),
+              help="Rig file. [default: that of the diagnosis or log]")  # fmt: skip
 @click.option("--after", type=click.Path(path_type=Path), metavar="DIAGNOSIS|LOG",
               help="Plan after a diagnosis (diagnosis.json or its folder), or after a log, which is diagnosed "
                    "first.")  # fmt: skip

@@ -70,10 +70,13 @@ def diagnose(
         the angle was integrated from a coarse speed.
 
     Raises:
-        InputError: A log is unusable, no channel can be used, or a name in `only` is unknown.
+        InputError: A log is unusable, no channel can be used, or a name in `only` is unknown, or the earlier
+            answer is that of another rig file.
     """
     if not 0.0 < until <= 1.0:
         raise InputError(f"until {until:g}: must be above 0 and at most 1")
+    if after is not None:
+        after.check_rig(rig)
     check_names(only, (*EFFECTS, *(user.effect.name for user in user_effects)))
     checks = tuple(check_log(log, rig) for log in logs)
     for checked in checks:

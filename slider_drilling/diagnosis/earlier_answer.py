@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,12 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.gap.experiment_design.knowledge import Explanation, Knowledge, after_fit
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import check_log
-from slider_drilling.rig import Rig
+from slider_drilling.rig import Rig, dump_rig, parse_rig
+from slider_drilling.rig.rig_file import rig_tree
 
 _FILE = "diagnosis.json"
 _SCHEMA = "slider_drilling/diagnosis/"
+_SHOWN_KEYS = 4
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class EarlierAnswer:
         verdict: Its verdict.
         effects: Effects that it named.
         explanations: What may explain its logs, the answer first; empty where nothing was fitted.
+        rig_text: The rig file that it was made with; None where an older version wrote it.
     """
 
     source: str
@@ -38,6 +41,22 @@ class EarlierAnswer:
     verdict: str
     effects: tuple[str, ...]
     explanations: tuple[Explanation, ...]
+    rig_text: str | None = field(default=None, repr=False)
+
+    def rig(self) -> Rig | None:
+        """The rig file that it was made with; None where an older version wrote it. Raises InputError."""
+        return None if self.rig_text is None else parse_rig(self.rig_text, f"{self.source}: rig_file")
+
+    def check_rig(self, rig: Rig) -> None:
+        """Check that a rig is the one that the diagnosis was made with. Raises InputError, saying what differs."""
+        if self.rig_text is None or self.rig_text == dump_rig(rig):
+            return
+        own = self.rig()
+        differs = [] if own is None else list(_differing_keys(rig_tree(own), rig_tree(rig)))
+        if differs:
+            more = ", ..." if len(differs) > _SHOWN_KEYS else ""
+            raise InputError(f"{self.source}: was made with another rig file, which differs in "
+                             f"{', '.join(differs[:_SHOWN_KEYS])}{more}; give that one, or leave this diagnosis out")
 
 
 def read_earlier_answer(path: Path) -> EarlierAnswer:
@@ -81,9 +100,27 @@ def earlier_answer(tree: Mapping[str, Any], source: str) -> EarlierAnswer:
                             int(each["fidelity"]))
                 for each in tree["explanations"]
             ),
+            _rig_text(tree),
         )  # fmt: skip
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{source}: explanations: damaged; diagnose the logs again") from None
+
+
+def _rig_text(tree: Mapping[str, Any]) -> str | None:
+    """The rig file in a tree of diagnosis.json. Raises TypeError where it is no text."""
+    text = tree.get("rig_file")
+    if text is not None and not isinstance(text, str):
+        raise TypeError
+    return text
+
+
+def _differing_keys(first: Any, second: Any, above: str = "") -> Iterator[str]:
+    """Keys of two rig files that differ, such as ``string.length``."""
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
+        for key in dict.fromkeys((*first, *second)):
+            yield from _differing_keys(first.get(key), second.get(key), f"{above}.{key}" if above else str(key))
+    elif first != second:
+        yield above
 
 
 def _numbers(tree: Mapping[str, Any]) -> dict[str, float]:

@@ -14,6 +14,7 @@ from slider_drilling.diagnosis.sentences import summary, technical_summary
 from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
+from slider_drilling.rig import dump_rig
 
 SCHEMA = "slider_drilling/diagnosis/3"
 
@@ -26,6 +27,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "version": __version__,
         "log": logs[0] if len(logs) == 1 else list(logs),
         "rig": _plain(diagnosis.rig_source),
+        "rig_file": dump_rig(diagnosis.rig),
         "verdict": diagnosis.verdict,
         "summary": str(summary(diagnosis)),
         "technical_summary": technical_summary(diagnosis),

@@ -134,8 +134,10 @@ def plan_after(
         progress: Called with the share done.
 
     Raises:
-        InputError: A log or a limit cannot be used, or no programme stays within the limits.
+        InputError: The answer is that of another rig file, a log or a limit cannot be used, or no programme stays
+            within the limits.
     """
+    answer.check_rig(rig)
     check_on_rig(options.limits, rig)
     if not answer.explanations:
         return plan_before_logs(rig, options, progress)
