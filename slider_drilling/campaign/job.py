@@ -31,7 +31,8 @@ class Job:
         seed: Of the function.
         outputs: Files that the function writes besides its result. The job is done only while they exist.
         forbidden_folders: Folders in which the function can open nothing but its inputs and outputs.
-        new_process: Whether its process may have run no other job: the function measures its own memory.
+        new_process: Whether the function needs a process that has run no other job, as one that measures its memory
+            does.
     """
 
     call: str

@@ -105,8 +105,8 @@ class LoadSupervision:
     def _torque_offset(self, estimated: float, sigma: float) -> float:
         """Mean torque (N m) that is none of the motor's: sensor bias, and friction larger to one side.
 
-        The filter tells it from twist that was left in the string, but it would take pressure that is lost for it as
-        well. So it counts up to what the unloaded string has shown, and the filter's first uncertainty beyond.
+        The filter distinguishes it from twist that was left in the string, but not from a loss of pressure. So the
+        offset is limited to the torque of the unloaded string plus the filter's initial standard deviation.
 
         Args:
             estimated: By the filter of toolface and string, N m.

@@ -151,7 +151,7 @@ class BagWriter:
         self._write_metadata()
 
     def close(self) -> None:
-        """Finish the bag. An InputError tells what is safe."""
+        """Finish the bag. An InputError says what is saved."""
         try:
             self._writer.close()
         finally:

@@ -50,18 +50,18 @@ def find_log_files(path: Path) -> LogFiles:
     if not folder.is_dir():
         return LogFiles((path,))
     held = sorted((file for file in folder.iterdir() if _LOG_NAME.fullmatch(file.name)), key=_part_order)
-    listed, invalid = _listed_names(folder / METADATA), _invalid_metadata(folder / METADATA)
+    listed, notes = _listed_names(folder / METADATA)
     if not held:
         missing = f"; {METADATA} lists {', '.join(listed)}" if listed else ""
         raise InputError(f"{folder}: holds no logs (.mcap, .db3, .bag){missing}; give a log, or the folder of a bag")
     if not listed:
-        return LogFiles(tuple(held), invalid)
+        return LogFiles(tuple(held), notes)
     return _parts_of_bag(folder, held, listed)
 
 
 def logs_below(folder: Path) -> list[Path]:
     """The logs in and below a folder: files, and folders that are bags; hidden ones are left out."""
-    if _listed_names(folder / METADATA):
+    if _listed_names(folder / METADATA)[0]:
         return [folder]
     logs: list[Path] = []
     for entry in sorted(folder.iterdir()):
@@ -101,23 +101,17 @@ def _continues(stem: str, listed: set[str]) -> bool:
     return 0 < len(number) < 5 and (series in listed or series in {_split_number(name)[0] for name in listed})
 
 
-def _listed_names(metadata: Path) -> list[str]:
-    """Names of the files that a bag's metadata.yaml lists; none where it is missing or invalid."""
-    try:
-        return _read_metadata(metadata)
-    except _METADATA_ERRORS:
-        return []
+def _listed_names(metadata: Path) -> tuple[list[str], tuple[str, ...]]:
+    """Names of the files that a bag's metadata.yaml lists, and notes; a missing or damaged one lists none.
 
-
-def _invalid_metadata(metadata: Path) -> tuple[str, ...]:
-    """A note if metadata.yaml is there and does not say which files make up the bag."""
+    A note says if metadata.yaml is there, but does not say which files make up the bag.
+    """
     try:
-        _read_metadata(metadata)
+        return _read_metadata(metadata), ()
     except FileNotFoundError:
-        return ()
+        return [], ()
     except _METADATA_ERRORS:
-        return (f"{METADATA}: lists no files of a bag, or is damaged; every log in the folder was read",)
-    return ()
+        return [], (f"{METADATA}: lists no files of a bag, or is damaged; every log in the folder was read",)
 
 
 def _read_metadata(metadata: Path) -> list[str]:

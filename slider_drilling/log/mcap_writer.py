@@ -1,7 +1,7 @@
 """Writes an MCAP file by whole records, so that it can be finished at any moment, even on a full disk.
 
 Records are encoded by the mcap package. Its own Writer is not used: after a failed write it can neither finish the
-file nor tell what is in it.
+file nor say what is in it.
 """
 
 from __future__ import annotations

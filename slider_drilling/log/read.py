@@ -35,7 +35,7 @@ def read_log(
 ) -> RigLog:
     """Read a log: an MCAP or sqlite3 file, a bag of ROS 1, or the folder of a bag that `ros2 bag record` writes.
 
-    Truncated and damaged files are read as far as possible; `RigLog.notes` tells what is lost.
+    Truncated and damaged files are read as far as possible; `RigLog.notes` lists what is lost.
 
     Args:
         path: The file or folder; compressed or not.

@@ -54,7 +54,7 @@ class RecoveredLog:
 
 @dataclass(frozen=True)
 class _LogSurvey:
-    """What a first pass through a log tells.
+    """What a first pass through a log finds.
 
     Attributes:
         run_starts: Index of the first message of each run but the first.

@@ -79,7 +79,7 @@ class TopicSamples:
         return sum((decoder.unreadable for decoder in self._decoders.values()), Counter[str]())
 
     def add(self, block: MessageBlock, position: Integers, channel: Channel, file: Path) -> None:
-        """Read messages of one channel; `position` tells where in the log each stands."""
+        """Read messages of one channel; `position` is the place of each in the log."""
         number = channel.id & FILE_CHANNEL
         if self.match.channel not in (None, number):
             return

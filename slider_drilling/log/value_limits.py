@@ -20,10 +20,10 @@ _MAX_SHARE = 0.5
 
 
 def mask_impossible_values(log: RigLog) -> RigLog:
-    """The log with values outside their physical ranges as NaN; a note tells how many of each array and the first.
+    """The log with values outside their physical ranges as NaN; a note says how many of each array and the first.
 
     A channel that lies outside for the most part, with changing values, is kept: it is in another unit, which the log
-    checks find. The note tells this, too.
+    checks find. The note says this, too.
     """
     changes: dict[str, Series] = {}
     notes = []

@@ -72,7 +72,7 @@ class LogWriter:
 
     All methods take stamps in s of the rig's (or the simulation's) clock; `log_time_s` is when the message arrived, the
     stamp if not given. Topics without a leading slash get one. Where the file cannot be written they raise InputError,
-    which tells what is safe in it.
+    which says what is saved in it.
 
     Args:
         path: The MCAP file. The name must be free, unless `whole`.
@@ -318,7 +318,7 @@ class LogWriter:
             self._next_flush = time.monotonic() + FLUSH_PERIOD
 
     def close(self) -> None:
-        """Finish the log; a second call does nothing. Where that fails, the InputError tells what is safe."""
+        """Finish the log; a second call does nothing. Where that fails, the InputError says what is saved."""
         if not self._open:
             return
         try:
@@ -368,7 +368,7 @@ class LogWriter:
         return InputError(self._failure or f"{self.path}: this log is already closed")
 
     def _end_after(self, error: OSError) -> InputError:
-        """Finish the log as far as possible; the error that tells what is safe."""
+        """Finish the log as far as possible; returns the error, which says what is saved."""
         reason = f"{self.path}: cannot write this log: {error.strerror}"
         if self._whole:
             self.discard()

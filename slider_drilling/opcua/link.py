@@ -20,7 +20,6 @@ from slider_drilling.opcua.command_gate import CommandGate
 from slider_drilling.opcua.mapping import Point, RigMapping
 from slider_drilling.opcua.values import Heartbeat, usable_number
 
-_CONNECTING = "connecting"
 _RETRY = 1.0  # s between two attempts to connect
 _COMMAND_CHECK = 0.01  # s between two looks for commands
 _MIN_TIMEOUT = 1.0  # s that the server has for an answer
@@ -47,14 +46,14 @@ class LinkHealth:
 
     Attributes:
         connected: Whether the server answers.
-        reason: Why it does not.
+        reason: Why it does not; empty until it first fails.
         alive: Whether the rig's heartbeat changes.
         unusable: Names whose values are not usable numbers.
         refused: Why the last command of a name could not be written, by name.
     """
 
     connected: bool = False
-    reason: str = _CONNECTING
+    reason: str = ""
     alive: bool = False
     unusable: tuple[str, ...] = field(default=())
     refused: dict[str, str] = field(default_factory=dict)
@@ -113,8 +112,8 @@ class ServerLink:
     def statuses(self) -> list[Status]:
         """The health of server, rig and values."""
         health, url = self.health, self._mapping.url
-        if not health.connected and health.reason == _CONNECTING:
-            return [Status(Level.WARN, "server", f"{url}: {_CONNECTING}")]
+        if not health.connected and not health.reason:
+            return [Status(Level.WARN, "server", f"{url}: connecting")]
         if not health.connected:
             return [Status(Level.ERROR, "server", f"{url}: {health.reason}; trying again")]
         server = Status(Level.OK, "server", f"connected to {url}")
@@ -170,7 +169,7 @@ class ServerLink:
         async with client:
             types = await self._check_nodes(client)
             self._was_connected = True
-            self.health = LinkHealth(connected=True, reason="")
+            self.health = LinkHealth(connected=True)
             try:
                 await self._exchange(client, types)
             finally:

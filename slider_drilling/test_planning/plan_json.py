@@ -51,7 +51,7 @@ def _separations(prospect: Prospect) -> list[dict[str, Any]]:
 
 
 def _alternative(name: str, run: PlannedRun) -> dict[str, Any]:
-    """One programme beside the others: the smaller its loss, the more it tells."""
+    """One programme beside the others: the smaller its loss, the more information it is expected to give."""
     detectable = {each.name: each.size.amplitude for each in run.prospect.effects}
     return {
         "name": name,

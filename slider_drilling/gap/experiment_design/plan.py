@@ -52,7 +52,7 @@ class TestPlan:
     Attributes:
         knowledge: What was known before.
         without: What is known without any run; None before any log.
-        planned: The run that tells most.
+        planned: The run with the smallest loss (`Prospect.loss`).
         fixed: Runs to compare with, by name, routine operation first; empty where none was asked for.
         evaluations: Number of programmes that were compared.
     """
@@ -101,7 +101,7 @@ def plan_run(
     compare: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> TestPlan:
-    """The programme that tells most.
+    """The programme within the limits with the smallest loss (`Prospect.loss`).
 
     Args:
         knowledge: What is known so far.
@@ -152,7 +152,7 @@ def _as_long(fixed: Mapping[str, PlannedRun]) -> list[PlannedRun]:
 def assess(
     knowledge: Knowledge, programmes: Programmes, manoeuvre: Manoeuvre, shapes: Sequence[ProbedShape] = ()
 ) -> PlannedRun:
-    """A run with what it would tell.
+    """A run with the information that it is expected to give.
 
     Args:
         knowledge: What is known so far.
