@@ -18,6 +18,8 @@ from slider_drilling.gap.model import Manoeuvre, Programmes, Values
 LIMIT_SHARE = 0.9
 # Loss of a programme that uses a whole limit: more than any other, so that a search finds its way back.
 _FORBIDDEN = 1e6
+# Share of a limit from which it is written as a multiple.
+_MANY_TIMES = 10.0
 # Use of the limits by a run that cannot be simulated.
 _UNSTABLE = 100.0
 # Shapes of an effect, and amplitudes of each, that the search looks at: more programmes gain more than more of these.
@@ -87,9 +89,10 @@ class NoProgrammeError(ValueError):
     def __init__(self, gentlest: Manoeuvre, evaluations: int, used: float) -> None:
         self.gentlest = gentlest
         most = f"{100.0 * LIMIT_SHARE:.0f} % is the most"
-        self.figures = f"of {evaluations}, the gentlest uses {100.0 * used:.0f} % of it, and {most}"
-        super().__init__(f"no programme stays within the limits: of {evaluations}, the gentlest uses "
-                         f"{100.0 * used:.0f} % of one, and {most}")  # fmt: skip
+        share = f"{100.0 * used:.0f} % of" if used < _MANY_TIMES else f"{used:.0f} times"
+        gentlest_uses = f"of {evaluations}, the gentlest uses {share}"
+        self.figures = f"{gentlest_uses} it, and {most}"
+        super().__init__(f"no programme stays within the limits: {gentlest_uses} one, and {most}")
 
 
 def plan_run(
