@@ -64,7 +64,7 @@ _POLL_S = 2.0
               help="With --drive-rig: namespace of the rig's topics.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of sealed rigs, plans and diagnoses.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("investigation"), show_default=True,
-              help="Folder of all files; with --on FOLDER that folder.")  # fmt: skip
+              help="Folder of all files; with --on FOLDER it is that folder, so leave it out.")  # fmt: skip
 @units_option_with("field")
 @json_option
 def command(
