@@ -12,13 +12,17 @@ from short_well import short_rig
 
 from slider_drilling.blind.slides.beginnings import BEGINNINGS, SIX_CASES
 from slider_drilling.blind.slides.case import SlideCase, draw_slides, slide_case_from_json
+from slider_drilling.blind.slides.crew import draw_rocking, settings_at
+from slider_drilling.blind.slides.driller import Driller
 from slider_drilling.blind.slides.forecasts import ForecastErrors
 from slider_drilling.blind.slides.label import SlideLabel, read_slide_label
 from slider_drilling.blind.slides.make import make_slide
-from slider_drilling.blind.slides.operations import DURATIONS, draw_operations
+from slider_drilling.blind.slides.operations import DURATIONS, Operation, draw_operations
 from slider_drilling.blind.slides.score import score_slide
 from slider_drilling.blind.slides.table import campaign_table
 from slider_drilling.blind.slides.watched import TwinAnswer, WatchedDetection, WatchedSlide, watched_from_json
+from slider_drilling.control.fixed_rocking import FixedRocking
+from slider_drilling.control.interface import Measurements
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 
@@ -87,6 +91,28 @@ def test_sealed_slide_hides_what_begins(tmp_path):
     assert again == replace(label, log="b.mcap")
     (tmp_path / "label.json").write_text(json.dumps(asdict(label)))
     assert read_slide_label(tmp_path / "label.json") == label
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_crew_keeps_to_settings_that_the_drive_can_follow(seed):
+    rig = short_rig()
+    changes = draw_rocking(np.random.default_rng(seed), rig, 2400.0)
+    assert changes[0].start == 0.0 and all(a.start < b.start < 2400.0 for a, b in pairwise(changes))
+    for change in changes:
+        FixedRocking(rig, change.settings)
+        assert settings_at(changes, change.start + 1.0) == change.settings
+
+
+def test_crew_rocks_as_before_after_an_operation():
+    rig = short_rig()
+    changes = draw_rocking(np.random.default_rng(1), rig, 2400.0)
+    driller = Driller(rig, (Operation("flow", 5.0, 0.9), Operation("rest", 10.0)), 0.0, changes)
+    measured = Measurements(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    commands = [driller.command(replace(measured, time=0.1 * step), 0.1) for step in range(800)]
+    speeds = [abs(each.top_drive_speed) for each in commands]
+    assert max(speeds[110:690]) == 0.0 and max(speeds[720:]) > 1.0
+    assert commands[-1].pump_speed == pytest.approx(0.9 * rig.reference_pump_speed)
+    assert commands[-1].block_speed == changes[0].settings.block_speed
 
 
 def test_wrong_label_is_refused(tmp_path):

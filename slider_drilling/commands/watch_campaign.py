@@ -18,8 +18,8 @@ FILE = "twin_campaign.json"
 
 
 def watch_campaign(
-    count: int, seed: int, begins: Sequence[str], duration: float, rig_path: Path | None, output: Path,
-    workers: WorkerSettings, as_json: bool, diagnose: bool,
+    count: int, seed: int, begins: Sequence[str], duration: float, driven_by: str, rig_path: Path | None,
+    output: Path, workers: WorkerSettings, as_json: bool, diagnose: bool,
 ) -> int:  # fmt: skip
     """Run the campaign, print and save its table.
 
@@ -28,6 +28,7 @@ def watch_campaign(
         seed: Of everything that is drawn.
         begins: What may begin; the usual mixture if empty.
         duration: s, of each slide.
+        driven_by: ``controller`` or ``crew``.
         rig_path: Rig file that wells, strings and fluids are drawn from; the example's if None.
         output: Folder of logs, labels, results and the table.
         workers: Where the slides are made and watched.
@@ -56,12 +57,13 @@ def watch_campaign(
         return run_with_progress(what, jobs, folder, workers)
 
     rig = Path(installed_file("config/rig.example.yaml")) if rig_path is None else rig_path
-    campaign = run_campaign(draw_slides(count, seed, duration, begins), rig, output, run, diagnose)
+    campaign = run_campaign(draw_slides(count, seed, duration, begins, driven_by), rig, output, run, diagnose)
     options = {
         "campaign": count,
         "seed": seed,
         "begins": list(begins),
         "duration": duration,
+        "driven_by": driven_by,
         "rig": str(rig_path or ""),
         "diagnose": diagnose,
     }

@@ -6,6 +6,7 @@ stretches of the same mode. Calibration is stricter: it also waits until the bit
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -38,6 +39,7 @@ class Activity:
         mode: ``rocking``, ``parked``, ``turning``, ``hardly loaded``, ``off bottom`` or ``pump off``.
         settled: Whether the rig can be calibrated with what the channels show.
         why: In words, where it cannot.
+        drilling: Whether it could, were it not for how the drive rocks: the bit is loaded, the pump steady.
         period: s, of the rocking; of other work a stretch to average over.
         stretch: Number of the stretch of work.
         stretch_start: s, when that began.
@@ -50,11 +52,13 @@ class Activity:
         load: Weight on bit over the last rocking period, of its largest.
         steering: How far the centre of the rocking has moved so far, rad; small moves count by their squares.
         swing: Logarithm of how far the drive swings, rad.
+        pace: Logarithm of the period, s.
     """
 
     mode: str
     settled: bool
     why: str
+    drilling: bool
     period: float
     stretch: int
     stretch_start: float
@@ -66,6 +70,7 @@ class Activity:
     load: float = 0.0
     steering: float = 0.0
     swing: float = 0.0
+    pace: float = 0.0
 
 
 class ActivityMonitor:
@@ -84,6 +89,7 @@ class ActivityMonitor:
         self._lowest = -np.inf  # m, lowest mean of the block so far, from which it is lifted
         self._block_moved_at = -np.inf
         self._unsettled, self._unsettled_until = "the twin has just begun", -np.inf
+        self._drilling_from = -np.inf
         self._steered_until = self._valid_until = -np.inf
         self._mode = ""
         self._stretch, self._stretch_start = 0, -np.inf
@@ -93,7 +99,8 @@ class ActivityMonitor:
         now = float(commands.time[-1])
         if self._drive is None:
             self._drive = RockingMotion(float(commands.time[0]))
-            self._unsettled_until, self._stretch_start = now + _SETTLING_S, now
+            self._unsettled_until = self._drilling_from = now + _SETTLING_S
+            self._stretch_start = now
         drive = self._drive
         self._valid_until = np.inf
         drive.add(commands)
@@ -110,18 +117,23 @@ class ActivityMonitor:
         after = _CIRCULATING_WINDOW_S + _CIRCULATING_AFTER_S
         circulating = self._mode == OFF_BOTTOM and now - self._stretch_start >= after
         hanging = circulating and now - self._block_moved_at >= after
+        drilling = self._mode not in _IDLE and now >= self._drilling_from
         return Activity(
-            self._mode, not why, why, period, self._stretch, self._stretch_start, comparable, circulating, hanging,
-            ended or hanging, self._valid_until, self._bit.share, drive.travel, drive.swing,
+            self._mode, not why, why, drilling, period, self._stretch, self._stretch_start, comparable, circulating,
+            hanging, ended or hanging, self._valid_until, self._bit.share, drive.travel, drive.swing, math.log(period),
         )  # fmt: skip
 
     def disturb(self, now: float, why: str) -> None:
         """End the stretch of work now, s, for a reason in words."""
-        self._stretch, self._stretch_start = self._stretch + 1, now
+        self._begin_stretch(now)
         self._unsettle(now, why)
+
+    def _begin_stretch(self, now: float) -> None:
+        self._stretch, self._stretch_start = self._stretch + 1, now
 
     def _unsettle(self, now: float, why: str) -> None:
         self._unsettled, self._unsettled_until = why, now + _SETTLING_S
+        self._drilling_from = self._unsettled_until
 
     def _why_unsettled(self, now: float) -> str:
         """Why the rig cannot be calibrated now; empty if it can."""
@@ -157,7 +169,8 @@ class ActivityMonitor:
         if drive.follow_centre(rocking, float(commands.time[1] - commands.time[0])):
             self._steered_until = now + _STEERING_S
         if rocking and now >= self._stretch_start + drive.period and drive.swings_wider():
-            self.disturb(now, "the drive swings wider than before")
+            self._begin_stretch(now)
+            self._unsettled, self._unsettled_until = "the drive swings wider than before", now + _SETTLING_S
             self._valid_until = min(self._valid_until, now - 2.0 * drive.period)
 
     def _follow_pump(self, commands: Commands, now: float) -> None:

@@ -2,7 +2,7 @@
 
 Means over some tens of seconds are compared: over longer times a feature moves like a Gaussian process, from one value
 to the next it does not. That process has an unknown level, a slow wander with a memory, a drift, what every stretch of
-work has of its own and what is left of the operation before it, what load, steering and swing of the drive bring, and
+work has of its own and what is left of the operation before it, what load, steering and the way of rocking bring, and
 what the numbers of the plant add that are uncertain or wander themselves. Its size is unknown: with an inverse-gamma
 prior the evidence is a Student t ratio, and a rig that wanders little needs a smaller change. A change adds, from an
 unknown time on, a step, a ramp, or a step of one of the plant's numbers, which shows as much as the work lets it
@@ -24,7 +24,8 @@ _LEVEL = 30.0  # noise levels: standard deviation of the unknown level
 _RESOLUTION_S = 5.0  # between two values of a feature, which show an onset no better
 _RECENT_S, _THINNED = 240.0, 2  # before which one in so many times of onset is tried
 _FADE_S = 90.0  # in which what an operation leaves falls to 1 / e
-_SWING = 0.12  # of the logarithm of the drive's swing, within which what the model has wrong is alike
+# Of the logarithms of the drive's swing and of its period, within which what the model has wrong is alike.
+_SWING, _PACE = 0.12, 0.2
 _SEEN = 0.3  # noise levels of a number's wander, from which a step of it is tried
 
 
@@ -41,7 +42,7 @@ class Wander:
         fresh: Of what an operation leaves in each mean, when the stretch after it begins.
         weighed: Of what goes with the load on the bit, at all of it.
         steered: Of what stays when the centre of the rocking has moved by 1 rad.
-        swung: Of what a swing of the drive has of its own, beside other swings.
+        swung: Of what a way of rocking has of its own, beside others of another swing or period.
         threshold: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
         values: Of the feature, one every five seconds, that make a mean.
@@ -154,10 +155,15 @@ def covariance(means: FeatureMeans, uncertain: Uncertainty, wander: Wander) -> A
         _LEVEL**2 + wander.slow**2 * kept + wander.drift**2 * np.outer(drifted, drifted) + wander.jump**2 * same
         + wander.weighed**2 * np.outer(means.load, means.load)
         + wander.steered**2 * (np.minimum.outer(means.steering, means.steering) - means.steering[0])
-        + wander.swung**2 * np.exp(-0.5 * ((means.swing[:, None] - means.swing[None, :]) / _SWING) ** 2)
+        + wander.swung**2 * _alike(means.swing, _SWING) * _alike(means.pace, _PACE)
         + means.sensitivity @ uncertain.covariance @ means.sensitivity.T + moved @ moved.T
     )  # fmt: skip
     return np.asarray(whole + np.diag(own + 1e-6))
+
+
+def _alike(values: Array, width: float) -> Array:
+    """(n, n) correlation of what goes with a value (n,): 1 where it is the same."""
+    return np.asarray(np.exp(-0.5 * ((values[:, None] - values[None, :]) / width) ** 2))
 
 
 def _begins(series: FeatureSeries, means: FeatureMeans, before: int) -> Array:

@@ -52,6 +52,7 @@ class _Value:
     load: float
     steering: float
     swing: float
+    pace: float
     sensitivity: Array
 
 
@@ -82,7 +83,7 @@ class ChangeDetector:
             series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
             series.append(_Value(
                 time, feature.value, activity.stretch, activity.stretch_start, activity.period, activity.load,
-                activity.steering, activity.swing, feature.sensitivity,
+                activity.steering, activity.swing, activity.pace, feature.sensitivity,
             ))  # fmt: skip
             kept = _OFF_BOTTOM_MEMORY_S if activity.mode == OFF_BOTTOM else MEMORY_S
             while series[0].time < time - kept or len(series) > _MOST_VALUES:

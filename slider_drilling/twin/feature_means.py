@@ -21,7 +21,8 @@ class FeatureSeries:
         stretch: Number of the stretch of work, (n,).
         stretch_start: s, when that stretch began, (n,).
         window: s over which each value was taken, (n,).
-        load, steering, swing: Load, travel of the centre and swing of the drive, see `activity.Activity`, (n,).
+        load, steering, swing, pace: Load, travel of the centre, swing and pace of the drive, see `activity.Activity`,
+            (n,).
         sensitivity: (n, p) to the tracked parameters.
     """
 
@@ -33,6 +34,7 @@ class FeatureSeries:
     load: Array
     steering: Array
     swing: Array
+    pace: Array
     sensitivity: Array
 
 
@@ -57,6 +59,7 @@ class FeatureMeans:
     load: Array
     steering: Array
     swing: Array
+    pace: Array
     sensitivity: Array
     weights: Array
 
@@ -75,7 +78,8 @@ def means_of(series: FeatureSeries, values: int) -> FeatureMeans:
     return FeatureMeans(
         weights @ series.time, series.time[first], series.time[after - 1], weights @ series.value,
         (after - first).astype(float), series.stretch[first], weights @ (series.time - series.stretch_start),
-        weights @ series.load, weights @ series.steering, weights @ series.swing, weights @ series.sensitivity, weights,
+        weights @ series.load, weights @ series.steering, weights @ series.swing, weights @ series.pace,
+        weights @ series.sensitivity, weights,
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from slider_drilling.twin.samples import Array
 from slider_drilling.twin.tracked import TrackedParameter
 
 _LONGEST_S = 900.0  # of recorded seconds while the rig does not settle
+_RESTLESS_S = 480.0  # of them, after which drilling counts even while the drive rocks in other ways all the time
 _TREND_MEMORY_S = 400.0
 _TRENDS = {"motor_gain": "motor_gain", "circulating_pressure": "pressure_gain",
            "string_stiffness": "torsional_stiffness"}  # fmt: skip
@@ -51,7 +52,7 @@ class Learner:
         self.learnt = False
         self._first = self._new_calibration(math.inf)
         self._blocks: list[RecordedBlock] = []
-        self._settled = 0.0
+        self._settled = self._drilled = 0.0
         self._relearning: Relearning | None = None
 
     @property
@@ -64,25 +65,33 @@ class Learner:
         """Share of the learning that is done, 0 to 1."""
         return 1.0 if self.learnt else min(self._settled / self._needed, 0.99)
 
+    def _is_ready(self, recorded: float) -> tuple[bool, bool]:
+        """Whether enough is recorded, s, and whether all drilling of it has to count."""
+        restless = recorded >= _RESTLESS_S and self._drilled >= self._needed
+        return self._settled >= self._needed or restless or recorded >= _LONGEST_S, restless
+
     def advance(self, commands: Commands, torque: Array) -> Followed:
         """Step the plants."""
         return self.follower.advance(commands, torque)
 
     def take(self, followed: Followed, block: RecordedBlock) -> bool:
         """Learn from one second; whether learning has just ended."""
-        if block.counts:
+        if block.settled:
             self.trends.add(followed, block.measured)
         if self.learnt:
             return False
         seconds = block.commands.time.size * float(block.commands.time[1] - block.commands.time[0])
         self._blocks.append(block)
-        if block.counts and self._relearning is None:
-            self._first.add(followed, block.measured)
-            self._settled += seconds
-        if self._relearning is None and (self._settled >= self._needed or len(self._blocks) * seconds >= _LONGEST_S):
-            self._relearning = Relearning(
-                self._make_follower, lambda: self._new_calibration(math.inf), self._first.values
-            )
+        if self._relearning is None:
+            self._settled += seconds * block.settled
+            self._drilled += seconds * block.drilling
+            if block.settled:
+                self._first.add(followed, block.measured)
+            ready, restless = self._is_ready(len(self._blocks) * seconds)
+            if ready:
+                self._relearning = Relearning(
+                    self._make_follower, lambda: self._new_calibration(math.inf), self._first.values, restless
+                )
         return self._relearning is not None and self._relearn()
 
     def trend_table(self) -> dict[str, Trend]:

@@ -25,12 +25,14 @@ class RecordedBlock:
     Attributes:
         commands: Its drives.
         measured: By channel, (n,), NaN where nothing was measured.
-        counts: Whether the second counts for the calibration.
+        settled: Whether the rig had settled.
+        drilling: Whether it had but for its rocking, see `activity.Activity`.
     """
 
     commands: Commands
     measured: Mapping[str, Array]
-    counts: bool
+    settled: bool
+    drilling: bool
 
 
 class Relearning:
@@ -40,13 +42,15 @@ class Relearning:
         make_follower: Returns plants in the state in which the blocks begin, around values (p,).
         make_calibration: Returns an empty calibration.
         values: (p,) to begin with.
+        unsettled: Whether drilling counts however the drive rocks.
     """
 
     def __init__(
         self, make_follower: Callable[[Array], Follower], make_calibration: Callable[[], RecursiveCalibration],
-        values: Array,
+        values: Array, unsettled: bool = False,
     ) -> None:  # fmt: skip
         self._make_follower, self._make_calibration = make_follower, make_calibration
+        self._unsettled = unsettled
         self._round, self._next = 0, 0
         self._begin(values)
 
@@ -65,7 +69,7 @@ class Relearning:
                 continue
             block = blocks[self._next]
             followed = self._follower.advance(block.commands, block.measured["surface_torque"])
-            if block.counts:
+            if block.settled or (self._unsettled and block.drilling):
                 self._calibration.add(followed, block.measured)
             self._next += 1
         return None

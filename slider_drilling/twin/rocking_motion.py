@@ -16,6 +16,8 @@ _MEMORY_S = 120.0
 _STILL = 0.02  # rad/s, of a drive that is parked
 _PARKED_S = 8.0  # without motion, after which a drive is parked
 _TURNING_S, _TURNING_SHARE = 12.0, 0.7  # in one direction, and of the rocking period, after which a drive turns
+_LONGER_STROKE = 1.4  # times the last stroke, for which a stroke may last
+_LEAST_STROKE_S, _OTHER_STROKE = 1.0, 0.2  # share by which two strokes in a row differ from those before: other rocking
 _PERIODS_S = (6.0, 80.0)  # of rocking
 _CENTRE_S, _CENTRE_SHIFT = 30.0, 3.0  # s, and rad by which the centre of the rocking moves in it: steering
 _SMALL_SHIFT = 1.0  # rad: smaller changes from period to period are jitter, and count by their squares
@@ -51,7 +53,7 @@ class RockingMotion:
                 continue
             self.moved_at = float(time)
             if speed * self._direction < 0.0:
-                self._reversals.append(float(time))
+                self._reverse(float(time))
             if speed * self._direction <= 0.0:
                 self.turned_since = float(time)
                 self._direction = float(np.sign(speed))
@@ -63,9 +65,9 @@ class RockingMotion:
         """``parked``, ``turning`` or ``rocking``."""
         if now - self.moved_at > _PARKED_S:
             return "parked"
-        if now - self.turned_since > max(_TURNING_S, _TURNING_SHARE * self.period):
-            return "turning"
-        return "rocking"
+        last = self._reversals[-1] - self._reversals[-2] if len(self._reversals) > 1 else 0.0
+        longest = max(_TURNING_S, _TURNING_SHARE * self.period, _LONGER_STROKE * last)
+        return "turning" if now - self.turned_since > longest else "rocking"
 
     def follow_centre(self, rocking: bool, interval: float) -> bool:
         """Take the mean angle of the last period; whether it moves: steering.
@@ -94,10 +96,19 @@ class RockingMotion:
         """The period by the last reversals, s; `DEFAULT_PERIOD_S` where the drive does not rock."""
         if not rocking or len(self._reversals) < 3:
             return DEFAULT_PERIOD_S
-        strokes = np.diff(np.array(self._reversals))
-        period = 2.0 * float(np.median(strokes[strokes > 1.0])) if (strokes > 1.0).any() else DEFAULT_PERIOD_S
-        self.period = float(np.clip(period, *_PERIODS_S))
+        self.period = float(np.clip(2.0 * np.median(np.diff(self._reversals)), *_PERIODS_S))
         return self.period
+
+    def _reverse(self, time: float) -> None:
+        """Take a reversal; those of another way of rocking are forgotten. One stroke that differs is steering."""
+        if self._reversals and time - self._reversals[-1] < _LEAST_STROKE_S:
+            return
+        self._reversals.append(time)
+        strokes = np.diff(self._reversals)
+        if strokes.size > 3:
+            change = strokes[-2:] / np.median(strokes[:-2]) - 1.0
+            if np.all(change > _OTHER_STROKE) or np.all(change < -_OTHER_STROKE):
+                self._reversals = deque(list(self._reversals)[-3:])
 
     def _follow_travel(self, centre: float | None) -> None:
         """Add the change of the centre from one rocking period to the next; None where nothing rocks: begin anew."""

@@ -203,7 +203,7 @@ class Twin:
         if self._motion.missing(grid):
             self._activity.disturb(float(grid[-1]), "samples of the top drive are missing")
         activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.mean_weight)
-        if learner.take(followed, RecordedBlock(commands, measured, activity.settled)):
+        if learner.take(followed, RecordedBlock(commands, measured, activity.settled, activity.drilling)):
             self._history.clear()
             self.detector = self._new_detector(learner)
         now = float(grid[-1])

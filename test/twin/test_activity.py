@@ -107,6 +107,34 @@ def test_wider_swing_than_ever_is_other_work(rig):
     assert found[310].comparable and found[335].stretch == found[310].stretch
 
 
+def _period(before, after, changed=200.0):
+    """Rocking at 5 rad/s with strokes of half the one period, then of half the other."""
+    return lambda t: 5.0 * np.sign(np.sin(2.0 * np.pi * (t - changed) / (before if t < changed else after)))
+
+
+def test_period_follows_another_way_of_rocking(rig):
+    found = _run(rig, _period(8.0, 20.0), 330)
+    assert found[198].period == pytest.approx(8.0, abs=0.3) and found[235].period == pytest.approx(20.0, abs=0.5)
+    assert all(each.mode == "rocking" for each in found[20:])
+    assert found[-1].settled and found[-1].pace == pytest.approx(np.log(20.0), abs=0.03)
+
+
+def test_one_long_stroke_keeps_the_period(rig):
+    found = _run(rig, lambda t: 5.0 if 200.0 < t < 207.0 else _rocking(t), 300)
+    assert all(each.period == pytest.approx(8.0, abs=0.5) for each in found[100:])
+
+
+def test_longer_stroke_than_the_last_ones_is_no_rotation_for_long(rig):
+    found = _run(rig, _period(12.0, 34.0), 330)
+    assert sum(each.mode == "turning" for each in found[20:]) <= 6
+    assert {each.mode for each in found[240:]} == {"rocking"}
+
+
+def test_drill_pipe_that_rocks_in_other_ways_all_the_time_drills(rig):
+    found = _run(rig, lambda t: (1.0 + 0.3 * (t // 40.0)) * _rocking(t), 330)
+    assert not any(each.settled for each in found[130:]) and all(each.drilling for each in found[130:])
+
+
 def test_wave_of_the_block_is_no_pick_up(rig):
     found = _run(rig, _rocking, 300, block_speed=lambda s: 0.06 * np.sin(2.0 * np.pi * s / 10.0))
     assert all(activity.comparable for activity in found[100:])

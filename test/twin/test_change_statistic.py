@@ -28,7 +28,7 @@ def _series(seed, duration=900.0, window=10.0):
     white = _WANDER.white * np.sqrt(_WANDER.values)
     value = 5.0 + white * random.normal(size=time.size) + _WANDER.slow * slow
     nothing, windows = np.zeros(time.size), np.full(time.size, window)
-    return FeatureSeries(time, value, nothing, nothing, windows, *[nothing] * 3, np.zeros((time.size, 1)))
+    return FeatureSeries(time, value, nothing, nothing, windows, *[nothing] * 4, np.zeros((time.size, 1)))
 
 
 def _change(series, more=0.0, uncertain=_KNOWN):
@@ -75,6 +75,16 @@ def _two_stretches(seed, duration=900.0):
 def test_new_level_after_an_operation_is_no_change(seed):
     series = _two_stretches(seed)
     assert _change(series, 2.0 * series.stretch).evidence < _NEEDED
+
+
+def test_another_way_of_rocking_may_have_a_level_of_its_own():
+    """The same step where the period changes, and where it does not."""
+    series, wander = _series(0), replace(_WANDER, swung=2.0)
+    later = series.time > 450.0
+    stepped = replace(series, value=series.value + 2.0 * later)
+    faster = replace(stepped, pace=np.where(later, 2.0, 3.0))
+    evidence = [likeliest_change(each, _KNOWN, wander).evidence for each in (stepped, faster)]
+    assert evidence[1] < _NEEDED < evidence[0]
 
 
 def test_change_between_stretches_is_dated_by_them():

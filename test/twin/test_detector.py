@@ -9,7 +9,10 @@ from slider_drilling.twin.detector import ChangeDetector
 from slider_drilling.twin.features import Feature
 
 _PRESSURE = (OFF_BOTTOM, "standpipe_pressure", "mean")
-_OFF = Activity(OFF_BOTTOM, False, "off bottom", 8.0, 1, 0.0, False, True, True, True, np.inf)
+_OFF = Activity(
+    OFF_BOTTOM, False, "off bottom", False, 8.0, 1, 0.0, comparable=False, circulating=True, hanging=True,
+    circulation_known=True, valid_until=np.inf,
+)  # fmt: skip
 
 
 def _detector(levels, apart=600.0):

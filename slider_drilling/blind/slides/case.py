@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import islice
 from typing import Any
 
@@ -15,6 +15,7 @@ from slider_drilling.blind.slides.beginnings import CATALOGUE_CASES, NOTHING, OU
 from slider_drilling.blind.wells import DEFAULT_WELLS
 
 DURATION_S = 2400.0
+DRIVEN_BY = ("controller", "crew")
 # Of ten slides four have one of the six cases, three another effect, one something from outside, and two nothing.
 _KINDS = ("six", "catalogue", "none", "six", "outside", "six", "catalogue", "none", "six", "catalogue")
 _ONSET = (0.35, 0.6)  # share of the slide
@@ -35,6 +36,7 @@ class SlideCase:
         well: Name in `blind.wells.WELLS`.
         seed: Of everything that is drawn.
         duration: s.
+        driven_by: ``controller``, or ``crew`` that rocks by hand.
     """
 
     begins: str
@@ -43,6 +45,7 @@ class SlideCase:
     well: str
     seed: int
     duration: float = DURATION_S
+    driven_by: str = "controller"
 
     def share_at(self, time: float) -> float:
         """Share of its full size at a time of the slide, s."""
@@ -64,7 +67,9 @@ def slide_case_from_json(tree: Mapping[str, Any]) -> SlideCase:
     return SlideCase(**tree)
 
 
-def draw_slides(count: int, seed: int, duration: float = DURATION_S, begins: Sequence[str] = ()) -> list[SlideCase]:
+def draw_slides(
+    count: int, seed: int, duration: float = DURATION_S, begins: Sequence[str] = (), driven_by: str = "controller"
+) -> list[SlideCase]:
     """The first `count` cases of a seed; a larger count starts with the same cases.
 
     Args:
@@ -72,8 +77,9 @@ def draw_slides(count: int, seed: int, duration: float = DURATION_S, begins: Seq
         seed: Another seed gives other wells, rigs, operations, noise and effects.
         duration: s, of each.
         begins: What may begin, in turn; the usual mixture if empty.
+        driven_by: One of `DRIVEN_BY`.
     """
-    return list(islice(_slides(seed, duration, begins), count))
+    return [replace(case, driven_by=driven_by) for case in islice(_slides(seed, duration, begins), count)]
 
 
 def _slides(seed: int, duration: float, begins: Sequence[str]) -> Iterator[SlideCase]:

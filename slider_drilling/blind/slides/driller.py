@@ -1,4 +1,4 @@
-"""Who runs a sealed slide: the controller, and between its turns a driller with an operation."""
+"""Who runs a sealed slide: the controller or a crew that rocks by hand, and in between a driller with an operation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from slider_drilling.blind.slides.crew import RockingChange, settings_at
 from slider_drilling.blind.slides.operations import DURATIONS, Operation
+from slider_drilling.control.fixed_rocking import FixedRocking, FixedRockingSettings
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.control.slide_controller import SlideController
 from slider_drilling.control.slide_settings import SlideSettings
@@ -23,14 +25,17 @@ class Driller:
         rig: The rig file.
         operations: In their order.
         target: Toolface at the start, rad.
+        rocking: How a crew rocks by hand; empty where the controller slides.
     """
 
-    def __init__(self, rig: Rig, operations: Sequence[Operation], target: float) -> None:
+    def __init__(
+        self, rig: Rig, operations: Sequence[Operation], target: float, rocking: Sequence[RockingChange] = ()
+    ) -> None:
         self._rig, self._operations, self._target = rig, tuple(operations), target
-        self._settings = SlideSettings()
+        self._rocking, self._pump_speed = tuple(rocking), rig.reference_pump_speed
         self._started: set[str] = set()
         self._began = Measurements(0.0, 0.0, 0.0, math.nan, 0.0, 0.0, math.nan, math.nan, 0.0)
-        self._controller = SlideController(rig, self._settings, target)
+        self._controller = self._new_controller(0.0)
         self._operating = False
 
     def command(self, measured: Measurements, interval: float) -> RigCommand:
@@ -39,7 +44,7 @@ class Driller:
         operation = next((each for each in self._operations if each.drives_at(time)), None)
         if self._operating and operation is None:
             self._began = measured
-            self._controller = SlideController(self._rig, self._settings, self._target)
+            self._controller = self._new_controller(time)
         self._operating = operation is not None
         self._begin(time)
         command = self._controller.step(self._relative(measured))
@@ -54,18 +59,34 @@ class Driller:
         return operation.command(time, drives, command, interval)
 
     def _begin(self, time: float) -> None:
-        """New targets and flows take effect."""
+        """New targets, flows and ways of rocking take effect."""
         for each in self._operations:
             if DURATIONS[each.name] or each.start > time or each.name in self._started:
                 continue
             self._started.add(each.name)
             if each.name == "flow":
-                reference = self._rig.reference_pump_speed
-                self._settings = replace(self._settings, pump_speed=each.amount * reference)
-                self._controller.configure(self._settings)
+                self._pump_speed = each.amount * self._rig.reference_pump_speed
             else:
                 self._target += each.amount
                 self._controller.tool_face_target = self._target
+        self._configure(time)
+
+    def _new_controller(self, time: float) -> SlideController | FixedRocking:
+        if self._rocking:
+            return FixedRocking(self._rig, self._by_hand(time), self._target)
+        return SlideController(self._rig, replace(SlideSettings(), pump_speed=self._pump_speed), self._target)
+
+    def _by_hand(self, time: float) -> FixedRockingSettings:
+        return replace(settings_at(self._rocking, time), pump_speed=self._pump_speed)
+
+    def _configure(self, time: float) -> None:
+        """Give the controller the settings of now, where they have changed."""
+        controller = self._controller
+        if isinstance(controller, FixedRocking):
+            if controller.settings != (settings := self._by_hand(time)):
+                controller.configure(settings)
+        elif controller.settings.pump_speed != self._pump_speed:
+            controller.configure(replace(controller.settings, pump_speed=self._pump_speed))
 
     def _relative(self, measured: Measurements) -> Measurements:
         """A sample by the clock and the drives of the controller's beginning."""

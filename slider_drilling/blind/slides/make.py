@@ -1,4 +1,4 @@
-"""Make a sealed slide: a controller slides on a foreign rig, a driller's operations between, and something begins."""
+"""Make a sealed slide: a controller or a crew slides on a foreign rig, with operations, and something begins."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from slider_drilling.blind.sealed_plant import PlantPerturbation, random_perturb
 from slider_drilling.blind.slides.beginnings import BEGINNINGS, NOTHING, Beginning
 from slider_drilling.blind.slides.case import SlideCase, slide_case_from_json
 from slider_drilling.blind.slides.changing_rig import ChangingRig
+from slider_drilling.blind.slides.crew import draw_rocking
 from slider_drilling.blind.slides.driller import Driller
 from slider_drilling.blind.slides.label import SlideLabel
 from slider_drilling.blind.slides.operations import Operation, draw_operations
@@ -71,27 +72,15 @@ def make_slide(case: SlideCase, base: Rig, path: Path) -> SlideLabel:
     lost = float(generator.choice(_LOST))
     beginning = None if case.begins == NOTHING else BEGINNINGS[case.begins](generator, rig, case.onset)
     changing = ChangingRig(rig, perturbation.nuisance, structure, case, beginning, _ELEMENTS, perturbation.start)
-    measured = slide(changing, rig, operations, target, case.duration)
+    crew = np.random.default_rng([case.seed, 2])
+    rocking = draw_rocking(crew, rig, case.duration) if case.driven_by == "crew" else ()
+    measured = slide(changing, Driller(rig, operations, target, rocking), case.duration)
     _write(path, rig, measured, target, lost, generator)
     return _label(case, rig, path.name, beginning, operations, measured, perturbation, asdict(structure))
 
 
-def slide(
-    rig: ChangingRig, file: Rig, operations: Sequence[Operation], target: float, duration: float
-) -> list[Measurements]:
-    """A slide with its operations.
-
-    Args:
-        rig: The rig as it is.
-        file: The rig file, which the controller has.
-        operations: In their order.
-        target: Toolface at the start, rad.
-        duration: s.
-
-    Returns:
-        Every sample.
-    """
-    driller = Driller(file, operations, target)
+def slide(rig: ChangingRig, driller: Driller, duration: float) -> list[Measurements]:
+    """Every sample of a slide of this duration, s."""
     measured = [rig.measurements]
     for _ in range(round(duration / rig.interval)):
         measured.append(rig.step(driller.command(measured[-1], rig.interval)))
