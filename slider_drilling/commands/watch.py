@@ -92,12 +92,14 @@ def command(
         check_outputs((save_rig,), (Path(source), rig_path, topics_path))
     with open_feed(source, rig_path, namespace, topics_path, follow, wits_units or "") as (feed, rig, replayed):
         twin = Twin(rig, ask=diagnose_after if diagnose else None)
-        lines = JsonLines() if as_json else TableLines(twin, units)
+        lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
-            watch(twin, feed, lines.show, replayed=replayed)
+            watch(twin, feed, lines.show, replayed=replayed, source=source)
         finally:
             twin.close()
             lines.end()
     if save_rig is not None:
+        if not twin.learnt:
+            raise InputError(f"--save-rig {save_rig}: not written: {twin.not_compared}")
         write_atomically(save_rig, dump_rig(twin.calibrated_rig()).encode())
     return 0

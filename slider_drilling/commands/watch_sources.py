@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from slider_drilling.console.streams import stderr
+from slider_drilling.commands.watch_output import print_note
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.log.follow_recording import RecordingFollower
@@ -35,7 +35,7 @@ def open_feed(
         rig = load_rig(rig_path)
         with open_stream(source) as receive:
             name = "standard input" if source == "-" else source
-            yield WitsFeed(receive, name, wits_units, rig, _print_note), rig, False
+            yield WitsFeed(receive, name, wits_units, rig, print_note), rig, False
         return
     if wits_units:
         raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
@@ -49,10 +49,6 @@ def open_feed(
         return
     log = read_log(path, rig_path, namespace, topics_path)
     yield LogFeed(log), log.rig(), True
-
-
-def _print_note(text: str) -> None:
-    stderr().print(f"note: {text}", markup=False)
 
 
 class _WithFirst:

@@ -31,6 +31,7 @@ from slider_drilling.twin.history import History
 from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
+from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array
@@ -41,7 +42,6 @@ from slider_drilling.twin.wander import parameter_wanders
 
 _REPORT_S = 1.0
 _HISTORY_S = 400.0
-_FIRST_S = 3.0  # of data, from which the initial state is inferred
 _FEATURES_EVERY = 5  # seconds between two windows whose features are taken
 _MOTION_S = 200.0  # of the drives' past, that a forecast repeats
 
@@ -56,7 +56,7 @@ class Twin:
 
     Attributes:
         report: The latest; None before the first second.
-        remarks: What stands for channels that the rig does not send, one sentence each.
+        remarks: What stands for channels that the rig does not send, and which come too seldom, one sentence each.
         detector: Watches for changes; None until the rig is learnt.
     """
 
@@ -78,6 +78,7 @@ class Twin:
         self.detector: ChangeDetector | None = None
         self._circulation = self._first_detector()
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
+        self._compared = False  # whether a change could have shown so far
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
         self._seconds = 0
@@ -110,6 +111,24 @@ class Twin:
     def failure(self) -> str:
         """Why the last diagnosis gave no answer, in one line; empty if it gave one."""
         return self._diagnoser.error or ""
+
+    @property
+    def learnt(self) -> bool:
+        """Whether the rig is learnt, so that a change would show."""
+        return self.detector is not None
+
+    @property
+    def span(self) -> float:
+        """s from the first sample of the top drive to the newest of the rig; 0 without any."""
+        return max(self._motion.newest - self._motion.started, 0.0)
+
+    @property
+    def not_compared(self) -> str:
+        """Why no change could show so far, and what the twin needs, in one line; empty once one could."""
+        if self._compared:
+            return ""
+        share = 0.0 if self._learner is None else self._learner.share
+        return nothing_compared(self.learnt, share, self.settings.learning)
 
     def add(self, channel: str, times: ArrayLike, values: ArrayLike) -> None:
         """Take samples of one channel: any number, in any order.
@@ -176,7 +195,7 @@ class Twin:
         reports: list[TwinReport] = []
         if math.isnan(self._next):
             start = self._motion.started
-            if until - start < _FIRST_S:
+            if until - start < FIRST_S:
                 return reports
             self._next = start
         interval = self.settings.interval
@@ -218,23 +237,24 @@ class Twin:
 
     def _new_learner(self, begin: float) -> Learner:
         self._note_missing_channels()
-        first = recorded_log(self._buffers, self.rig, begin, begin + _FIRST_S)
+        first = recorded_log(self._buffers, self.rig, begin, begin + FIRST_S)
         interval = self.settings.interval
-        grid: Array = begin + interval * np.arange(round(_FIRST_S / interval), dtype=float)
+        grid: Array = begin + interval * np.arange(round(FIRST_S / interval), dtype=float)
         start = infer_initial_state(first, self.rig, self._motion.commands(grid))
         return Learner(self._parameters, self._noise, self.settings.learning, lambda v: self._plants(start, v))
 
     def _note_missing_channels(self) -> None:
-        """Choose what stands for a block that is not sent, and say it."""
+        """Choose what stands for a block that is not sent, and say it; say what comes too seldom."""
+        self.remarks = sparse_samples(self._buffers)
         if len(self._buffers["block_position"]) or len(self._buffers["block_speed"]):
             return
         if len(self._buffers["standpipe_pressure"]):
             self._block = BlockFromPressure(self.rig)
-            self.remarks = ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
+            self.remarks += ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
         else:
             self._off_bottom = True
             self._plant_rig = replace(self.rig, bit=replace(self.rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
-            self.remarks = ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+            self.remarks += ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
@@ -253,15 +273,16 @@ class Twin:
             compared = seen.comparable or seen.circulating
             found = self._features(activity.period, now, learner.fixed) if compared else []
             (detector or self._circulation).add(now, seen, found)
+            self._compared |= detector is not None and bool(found)
         if detector is None:
             return
         if activity.comparable:
             watched = detector.watched(activity.mode)[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]
-            self._take_alarms(detector.test(activity.mode, channel, kind) for channel, kind in watched)
+            self._take_alarms((detector.test(activity.mode, channel, kind) for channel, kind in watched), now)
         if activity.circulation_known:
             ended = activity.mode != OFF_BOTTOM
             watched = detector.watched(OFF_BOTTOM)
-            self._take_alarms(detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched)
+            self._take_alarms((detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched), now)
         since = self._log.settled_change(now)
         if since is not None:
             detector.forget(since)
@@ -278,10 +299,13 @@ class Twin:
         uncertain = Uncertainty(learner.covariance, parameter_wanders(names))
         return self._circulation.recalibrated(learner.fixed - nominal, uncertain)
 
-    def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
-        """Turn alarms into detections, and ask about new ones."""
+    def _take_alarms(self, alarms: Iterable[Alarm | None], now: float) -> None:
+        """Turn alarms into detections, and ask about new ones.
+
+        An alarm holds the time of the last value that shows it, some seconds before it is known.
+        """
         for alarm in alarms:
-            if alarm is not None and self._log.take(alarm):
+            if alarm is not None and self._log.take(replace(alarm, time=now)):
                 self._changed = True
                 self._diagnoser.detected(self._log.detections[-1])
 

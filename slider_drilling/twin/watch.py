@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
+from slider_drilling.errors import InputError
 from slider_drilling.twin.feed import Feed, Samples
+from slider_drilling.twin.needed_samples import too_short
 from slider_drilling.twin.report import TwinReport
 from slider_drilling.twin.twin import Twin
 
@@ -13,13 +15,14 @@ _IDLE_S = 0.1  # between two looks at a feed that has nothing new
 _LONGEST_WAIT_S = 900.0  # for the last diagnosis
 
 
-def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: bool) -> None:
+def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: bool, source: str) -> None:
     """Give the twin what comes, and show each report.
 
     Args:
         twin: The twin.
         feed: Its samples.
         show: Called with every report; after the feed has ended once more with the last, if a diagnosis came late.
+        source: Name of what is watched, for messages.
         replayed: The samples are of the past. While a diagnosis runs, no more than one second of them is taken in a
             second, so that its answer comes as late as it would beside the rig.
     """
@@ -36,6 +39,8 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
             twin.advance()
     for report in twin.finish():
         show(report)
+    if twin.report is None:
+        raise InputError(too_short(source, twin.span))
     _await_answer(twin, show)
 
 
