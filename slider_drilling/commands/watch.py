@@ -25,6 +25,10 @@ Examples:
   slider-drilling watch --campaign 40 --jobs 4 -o twin_campaign
   nc rig 5000 | slider-drilling watch - --rig rig.yaml --wits-units field
 """
+# Options that mean nothing without the kind of run, or of source, that they are for.
+_WITH_CAMPAIGN = ("begins", "duration", "seed", "output", "jobs", "scheduler")
+_WITH_RECORDING = ("follow", "namespace", "topics_path")
+_WITH_SOURCE = (*_WITH_RECORDING, "wits_units", "save_rig", "units")
 
 
 @click.command(epilog=EXAMPLES)
@@ -72,17 +76,25 @@ def command(
     With --json a line a second: t, gap over 60 s and its threshold by channel, detections; times in s from the start.
     """
     from slider_drilling.campaign.run import WorkerSettings
+    from slider_drilling.commands.options import refuse_ignored
     from slider_drilling.commands.watch_campaign import watch_campaign
     from slider_drilling.commands.watch_output import JsonLines, TableLines
     from slider_drilling.commands.watch_sources import open_feed
     from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, write_atomically
     from slider_drilling.rig import dump_rig
+    from slider_drilling.table_import.live_wits import is_live
     from slider_drilling.twin import Twin, diagnose_after
     from slider_drilling.twin.watch import watch
 
     if (campaign is None) == (source is None):
         raise InputError("watch: give a SOURCE, or --campaign N")
+    if campaign is not None:
+        refuse_ignored("with --campaign", _WITH_SOURCE)
+    else:
+        refuse_ignored("without --campaign", _WITH_CAMPAIGN)
+    if source is not None and is_live(source):
+        refuse_ignored("with a stream of WITS", _WITH_RECORDING)
     if campaign is not None:
         names = tuple(name.strip() for name in begins.split(",") if name.strip())
         workers = WorkerSettings(jobs, scheduler)

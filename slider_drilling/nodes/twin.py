@@ -122,13 +122,15 @@ class TwinNode(ManagedNode):
     def _restart(self) -> None:
         """Another twin that has seen nothing yet."""
         self.close_twin()
-        known = {field.name for field in fields(TwinSettings)}
-        settings = TwinSettings(**{name: value for name, value in self.values.items() if name in known})
-        self.twin = Twin(self._rig, settings, diagnose_after if self.values["diagnose_changes"] else None)
+        self.twin = Twin(self._rig, self._settings(), diagnose_after if self.values["diagnose_changes"] else None)
         self._start_ns: int | None = None  # stamp of the twin's time 0
         self._waiting: dict[str, tuple[list[float], list[float]]] = {}  # channel -> times and values to add
         self._ahead_ns: int | None = None  # stamp far ahead of the others, which may be wrong
         self._clock_fault = self._failure = ""
+
+    def _settings(self) -> TwinSettings:
+        known = {field.name for field in fields(TwinSettings)}
+        return TwinSettings(**{name: value for name, value in self.values.items() if name in known})
 
     def _take(self, key: str, channels: tuple[str, ...], stamp_ns: int, *numbers: float) -> None:
         """Keep one message's numbers until the next look."""
@@ -151,7 +153,8 @@ class TwinNode(ManagedNode):
         self._watchdog.note_sample()
         if newest is not None and stamp_ns - newest > MAX_GAP * 1e9 and not self._confirms_jump(stamp_ns):
             return False
-        if newest is not None and not -SET_BACK * 1e9 <= stamp_ns - newest <= MAX_GAP * 1e9:
+        late = max(SET_BACK, self._settings().patience)
+        if newest is not None and not -late * 1e9 <= stamp_ns - newest <= MAX_GAP * 1e9:
             self.get_logger().warning(
                 f"the rig's clock went from {newest / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: the twin starts anew"
             )
