@@ -24,7 +24,7 @@ class WatchResult(TableExport):
         reports: One for each second.
         rig: The rig file, calibrated as far as the twin got.
         not_compared: Why no change could show, and what the twin needs; empty if one could.
-        remarks: What stands for channels that the log does not hold, and which come too seldom, one sentence each.
+        remarks: Of the twin: what stands for missing channels, and which samples are too few or of no such rig.
     """
 
     reports: tuple[TwinReport, ...]

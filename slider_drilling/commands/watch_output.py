@@ -21,6 +21,24 @@ def print_note(text: str) -> None:
     stderr().print(f"note: {text}", highlight=False, markup=False, soft_wrap=True)
 
 
+class Remarks:
+    """Prints each remark of a twin once, to stderr.
+
+    Args:
+        twin: The twin.
+    """
+
+    def __init__(self, twin: Twin) -> None:
+        self._twin = twin
+        self._printed = 0
+
+    def show(self) -> None:
+        """Print those that are new."""
+        for remark in self._twin.remarks[self._printed :]:
+            print_note(remark)
+        self._printed = len(self._twin.remarks)
+
+
 class JsonLines:
     """One JSON object a line; an interrupt leaves whole lines. What is to be said goes to stderr.
 
@@ -30,20 +48,18 @@ class JsonLines:
 
     def __init__(self, twin: Twin) -> None:
         self._twin = twin
-        self._remarked = False
+        self._remarks = Remarks(twin)
 
     def show(self, report: TwinReport) -> None:
         """Print a report."""
         line = json.dumps(report.as_json(), allow_nan=False)
         with defer_signals():
-            for remark in () if self._remarked else self._twin.remarks:
-                print_note(remark)
-            self._remarked = True
+            self._remarks.show()
             print(line, file=results_stream(), flush=True)
 
     def end(self) -> None:
         """Say why no change could show."""
-        if self._remarked and self._twin.not_compared:
+        if self._twin.report is not None and self._twin.not_compared:
             print_note(self._twin.not_compared)
 
 
@@ -57,6 +73,7 @@ class TableLines:
 
     def __init__(self, twin: Twin, units: Units) -> None:
         self._twin, self._units = twin, units
+        self._remarks = Remarks(twin)
         self._next = -math.inf
         self._detections: dict[int, Detection] = {}
         self._failure = ""
@@ -65,9 +82,8 @@ class TableLines:
     def show(self, report: TwinReport) -> None:
         """Print what is due."""
         with defer_signals():
+            self._remarks.show()
             if self._last is None:
-                for remark in self._twin.remarks:
-                    self._line(f"note: {remark}")
                 self._line("gap over 60 s in noise levels (> over its threshold), trends over the rig file's values")
                 self._line("".join(name.rjust(width) for name, width in zip(_COLUMNS, _WIDTHS, strict=True)))
             if report.time >= self._next:

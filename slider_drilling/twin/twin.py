@@ -19,7 +19,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
 from slider_drilling.twin.change_statistic import Uncertainty
-from slider_drilling.twin.channels import CHANNELS, COMPARED, READING_RANGES, SURFACE, declared_noise
+from slider_drilling.twin.channels import CHANNELS, COMPARED, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm, ChangeDetector
@@ -30,6 +30,7 @@ from slider_drilling.twin.forecast import ToolFaceSkill, make_forecast
 from slider_drilling.twin.history import History
 from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
+from slider_drilling.twin.level_remarks import LEVELS_AFTER_S, LeftOut, level_remarks
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
 from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
 from slider_drilling.twin.recorded_log import recorded_log
@@ -56,7 +57,8 @@ class Twin:
 
     Attributes:
         report: The latest; None before the first second.
-        remarks: What stands for channels that the rig does not send, and which come too seldom, one sentence each.
+        remarks: One sentence each: what stands for channels that the rig does not send, which come too seldom, and
+            after a minute which have values that such a rig does not have.
         detector: Watches for changes; None until the rig is learnt.
     """
 
@@ -71,6 +73,7 @@ class Twin:
         self._history = History(_HISTORY_S)
         self._log = DetectionLog()
         self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log)
+        self._left_out = LeftOut()
         self._integrated: set[str] = set()  # positions that are integrals of speeds
         self._block: BlockFromPressure | None = None
         self._off_bottom, self._plant_rig = False, rig
@@ -123,6 +126,11 @@ class Twin:
         return max(self._motion.newest - self._motion.started, 0.0)
 
     @property
+    def left_out(self) -> tuple[str, ...]:
+        """One sentence for each channel of which most values were left out: no rig has them."""
+        return self._left_out.remarks()
+
+    @property
     def not_compared(self) -> str:
         """Why no change could show so far, and what the twin needs, in one line; empty once one could."""
         if self._compared:
@@ -144,9 +152,7 @@ class Twin:
         if channel not in self._buffers:
             raise InputError(f"twin: {channel}: no such channel; use {', '.join(CHANNELS)}")
         time, value = np.atleast_1d(np.asarray(times, float)), np.atleast_1d(np.asarray(values, float))
-        low, high = READING_RANGES[channel]
-        value = np.where((value >= low) & (value <= high), value, np.nan)
-        self._buffers[channel].add(time, value)
+        self._buffers[channel].add(time, self._left_out.without(channel, value))
 
     def add_measurements(self, measurements: Measurements) -> None:
         """Take one sample of all channels at surface, and the toolfaces that came with it."""
@@ -233,6 +239,8 @@ class Twin:
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
+        if self._seconds == LEVELS_AFTER_S:
+            self._note_levels(now, learner.fixed)
         return self.report
 
     def _new_learner(self, begin: float) -> Learner:
@@ -255,6 +263,16 @@ class Twin:
             self._off_bottom = True
             self._plant_rig = replace(self.rig, bit=replace(self.rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
             self.remarks += ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+
+    def _note_levels(self, now: float, values: Array) -> None:
+        """Say which channels have values that such a rig does not have."""
+        begin = now - LEVELS_AFTER_S
+        log, done = recorded_log(self._buffers, self.rig, begin, now), self._history.window(begin, now)
+        self.remarks += self._left_out.remarks()
+        if done is not None:
+            torque = done.at(values)[:, list(COMPARED).index("surface_torque")]
+            expected = {"time": done.time - begin, "surface_torque": torque}
+            self.remarks += level_remarks(log, self._plant_rig, expected)
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings

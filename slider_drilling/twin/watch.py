@@ -40,7 +40,7 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
     for report in twin.finish():
         show(report)
     if twin.report is None:
-        raise InputError(too_short(source, twin.span))
+        raise InputError("; ".join((too_short(source, twin.span), *twin.left_out)))
     _await_answer(twin, show)
 
 

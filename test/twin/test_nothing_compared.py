@@ -102,7 +102,7 @@ def test_drive_sampled_too_seldom_is_noted_once(make_log, rate, noted):
 
 
 def test_channel_that_comes_too_seldom_is_noted(make_log):
-    assert "hook load is sampled at 0.5 Hz: it shows no change" in run(make_log(12.0, 10.0, hook_load_rate=0.5)).stdout
+    assert "hook load is sampled at 0.5 Hz: it shows no change" in run(make_log(12.0, 10.0, hook_load_rate=0.5)).stderr
 
 
 def test_twin_that_compared_says_nothing_of_it(rig):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from slider_drilling.commands import watch_sources
 from slider_drilling.commands.watch import _WITH_CAMPAIGN, _WITH_SOURCE, command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
@@ -123,6 +124,32 @@ def test_wits_that_rocks_without_sign_is_refused(rig):
 def test_bad_source_is_refused_in_one_line(arguments, message):
     with pytest.raises(InputError, match=message):
         CliRunner().invoke(command, arguments, catch_exceptions=False)
+
+
+def test_empty_folder_is_waited_for(tmp_path, rig, monkeypatch, capfd):
+    """The first file appears while it waits, and its samples a while after that."""
+    waited, path = [], tmp_path / "run.mcap"
+
+    def sleep(seconds):
+        waited.append(seconds)
+        if len(waited) == 3:
+            path.write_bytes(b"")
+        if len(waited) == 6:
+            whole = tmp_path / "whole.part"
+            with LogWriter(whole, rig_text=dump_rig(rig), recorded_by="test") as writer:
+                _write(writer, 0.0, 5.0)
+            path.write_bytes(whole.read_bytes())
+
+    monkeypatch.setattr(watch_sources.time, "sleep", sleep)
+    with watch_sources.open_feed(str(tmp_path), None, None, None, True, "") as (feed, found, replayed):
+        assert found == rig and not replayed
+        assert len(feed.poll()[0]["top_drive_angle"][0]) == 50
+    assert capfd.readouterr().err.count("holds no log yet: waiting for the first one; Ctrl-C ends it") == 1
+
+
+def test_empty_folder_without_follow_is_refused(tmp_path):
+    with pytest.raises(InputError, match="holds no logs"):
+        CliRunner().invoke(command, [str(tmp_path)], catch_exceptions=False)
 
 
 _OF_CAMPAIGN = [["--begins", "washout"], ["--duration", "1000"], ["--seed", "2"], ["-o", "out"], ["--jobs", "2"],
