@@ -17,6 +17,7 @@ from slider_drilling.process.peak_memory import peak_bytes
 from slider_drilling.rig import Rig
 from slider_drilling.twin.ask import Ask
 
+_POLLED_S = 0.05
 _NICE = 10  # below the process that follows the rig
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 _START = "import sys; sys.path[:] = sys.argv[3:]; from slider_drilling.twin.background import main; main()"
@@ -62,6 +63,10 @@ class Reply:
     cpu: float = 0.0
     peak: int = 0
 
+    def comes_at(self, asked: float) -> float:
+        """When it comes beside a rig if asked at this time of the rig, s, whatever else this machine does now."""
+        return asked + self.cpu
+
 
 class BackgroundDiagnosis:
     """One question at a time, in another process."""
@@ -97,6 +102,15 @@ class BackgroundDiagnosis:
         except (OSError, EOFError, pickle.UnpicklingError):
             return Reply(None, None, f"the process of the diagnosis ended with code {code} without an answer")
         return reply
+
+    def wait(self) -> Reply | None:
+        """The reply, as late as it comes; None where nothing was asked."""
+        while self.running:
+            reply = self.poll()
+            if reply is not None:
+                return reply
+            time.sleep(_POLLED_S)
+        return None
 
     def close(self) -> None:
         """End the process, if there is one, and remove its files."""

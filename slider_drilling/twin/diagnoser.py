@@ -8,7 +8,7 @@ from typing import Any
 
 from slider_drilling.rig import Rig
 from slider_drilling.twin.ask import Ask, windows_of_change
-from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question
+from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
@@ -37,6 +37,8 @@ class Diagnoser:
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
         self._background: BackgroundDiagnosis | None = None
         self._asked_for: int | None = None
+        self._asked_at = 0.0  # s
+        self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
         self.answer: dict[str, Any] | None = None
@@ -46,7 +48,7 @@ class Diagnoser:
     @property
     def asking(self) -> bool:
         """Whether a question is open."""
-        return self._background is not None and self._background.running
+        return self._held is not None or (self._background is not None and self._background.running)
 
     def detected(self, detection: Detection) -> None:
         """Plan the questions about a new detection."""
@@ -54,10 +56,13 @@ class Diagnoser:
 
     def update(self, now: float) -> None:
         """Take an answer that has come, and ask what is due; never waits."""
-        background = self._background
-        if background is not None and background.running:
-            self._take(background, now)
-        if background is None or not background.running:
+        if self._held is not None and self._held.comes_at(self._asked_at) <= now:
+            self._take(self._held, now)
+        elif self._held is None and self._background is not None:
+            reply = self._background.poll()
+            if reply is not None:
+                self._take(reply, now)
+        if not self.asking:
             due = [entry for entry in self._due if entry[0] <= now]
             if due:
                 # Only the latest question of the latest detection still matters.
@@ -66,11 +71,22 @@ class Diagnoser:
 
     def ask_now(self, now: float) -> bool:
         """Ask about the last detection, or without one about everything recorded; False while a question is open."""
-        if self._ask is None or (self._background is not None and self._background.running):
+        if self._ask is None or self.asking:
             return False
         last = self._log.detections[-1] if self._log.detections else None
         self._start(last, now)
         return True
+
+    def hold_reply(self) -> None:
+        """Wait for the reply to an open question, and hold it for the time at which it comes beside a rig."""
+        if self._held is None and self._background is not None:
+            self._held = self._background.wait()
+
+    def take_last_reply(self) -> None:
+        """Take a reply that comes after the end of a replay."""
+        self.hold_reply()
+        if self._held is not None:
+            self._take(self._held, self._held.comes_at(self._asked_at))
 
     def close(self) -> None:
         """End what is still being asked."""
@@ -92,15 +108,12 @@ class Diagnoser:
             baseline, end = None, windows.before[1]
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
         after = recorded_log(self._buffers, self._rig, windows.after, now)
-        self._asked_for, self._baseline = number, (baseline, number, end)
+        self._asked_for, self._asked_at, self._baseline = number, now, (baseline, number, end)
         channel = None if detection is None else detection.channel
         self._background.start(Question(self._ask, before, after, self._rig, channel))
 
-    def _take(self, background: BackgroundDiagnosis, now: float) -> None:
-        reply = background.poll()
-        if reply is None:
-            return
-        self.error = reply.error
+    def _take(self, reply: Reply, now: float) -> None:
+        self._held, self.error = None, reply.error
         if reply.tree is None:
             return
         answer = reply.tree

@@ -193,6 +193,14 @@ class Twin:
         """Ask for a diagnosis now, about the last detection or everything recorded; False if that is not possible."""
         return self._diagnoser.ask_now(self._motion.newest)
 
+    def hold_answer(self) -> None:
+        """Wait for an open diagnosis, of a replay: its answer then comes as late as it would beside the rig."""
+        self._diagnoser.hold_reply()
+
+    def take_last_answer(self) -> None:
+        """Take the answer that comes after the end of a replay."""
+        self._diagnoser.take_last_reply()
+
     def close(self) -> None:
         """End the diagnosis in the background, if there is one."""
         self._diagnoser.close()

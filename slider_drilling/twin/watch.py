@@ -23,25 +23,24 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
         feed: Its samples.
         show: Called with every report; after the feed has ended once more with the last, if a diagnosis came late.
         source: Name of what is watched, for messages.
-        replayed: The samples are of the past. While a diagnosis runs, no more than one second of them is taken in a
-            second, so that its answer comes as late as it would beside the rig.
+        replayed: The samples are of the past. An answer then comes as late as it would beside the rig, by the
+            processor time of its diagnosis: how busy this machine is changes nothing.
     """
     while not feed.ended:
-        began = time.monotonic()
         pieces = feed.poll()
         for samples in pieces:
             for report in _take(twin, samples):
                 show(report)
-        if replayed and twin.asking:
-            time.sleep(max(1.0 - (time.monotonic() - began), 0.0))
-        elif not pieces and not feed.ended:
+            if replayed:
+                twin.hold_answer()
+        if not pieces and not feed.ended:
             time.sleep(_IDLE_S)
             twin.advance()
     for report in twin.finish():
         show(report)
     if twin.report is None:
         raise InputError("; ".join((too_short(source, twin.span), *twin.left_out)))
-    _await_answer(twin, show)
+    _await_answer(twin, show, replayed)
 
 
 def reports_of(twin: Twin, feed: Feed) -> Iterator[TwinReport]:
@@ -58,9 +57,11 @@ def _take(twin: Twin, samples: Samples) -> list[TwinReport]:
     return twin.advance()
 
 
-def _await_answer(twin: Twin, show: Callable[[TwinReport], None]) -> None:
+def _await_answer(twin: Twin, show: Callable[[TwinReport], None], replayed: bool) -> None:
     if not twin.asking or twin.report is None:
         return
+    if replayed:
+        twin.take_last_answer()
     until = time.monotonic() + _LONGEST_WAIT_S
     while twin.asking and time.monotonic() < until:
         time.sleep(_IDLE_S)
