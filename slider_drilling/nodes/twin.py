@@ -127,6 +127,7 @@ class TwinNode(ManagedNode):
         self._waiting: dict[str, tuple[list[float], list[float]]] = {}  # channel -> times and values to add
         self._ahead_ns: int | None = None  # stamp far ahead of the others, which may be wrong
         self._clock_fault = self._failure = ""
+        self._remarked = 0  # how many of the twin's remarks were said
 
     def _settings(self) -> TwinSettings:
         known = {field.name for field in fields(TwinSettings)}
@@ -186,6 +187,9 @@ class TwinNode(ManagedNode):
         except InputError as error:
             self._fail(error)
             return
+        for remark in self.twin.remarks[self._remarked :]:
+            self.get_logger().warning(remark)
+        self._remarked = len(self.twin.remarks)
         for report in reports:
             self._publish(report)
         silence = 0.0 if is_catching_up else self._watchdog.silent_for(STALE_AFTER)
@@ -238,15 +242,18 @@ class TwinNode(ManagedNode):
     def _diagnose(self) -> str:
         if not self.values["diagnose_changes"]:
             raise InputError("diagnose_changes is false")
-        if not self._running().ask_diagnosis():
-            raise InputError("a diagnosis is under way, or there are too few samples yet")
+        self._running().ask_diagnosis()
         return "asked; the answer comes on gap/diagnosis"
 
     def _save_rig(self) -> str:
         path = Path(self.values["calibrated_rig"])
         given = Path(self.values["rig"]) if self.values["rig"] else None
         check_outputs([path], [given])
-        write_atomically(path, dump_rig(self._running().calibrated_rig()).encode())
+        twin = self._running()
+        if not twin.learnt:
+            note = "" if twin.report is None else f" ({twin.report.note})"
+            raise InputError(f"{path}: not written: the twin still learns the rig{note}; call again when it watches")
+        write_atomically(path, dump_rig(twin.calibrated_rig()).encode())
         return f"wrote {path}"
 
     def _running(self) -> Twin:

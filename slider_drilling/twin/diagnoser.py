@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.twin.ask import Ask, windows_of_change
+from slider_drilling.twin.ask import Ask, Windows, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
@@ -69,13 +70,21 @@ class Diagnoser:
                 self._due = [entry for entry in self._due if entry[0] > now]
                 self._start(self._log.detections[max(number for _, number in due) - 1], now)
 
-    def ask_now(self, now: float) -> bool:
-        """Ask about the last detection, or without one about everything recorded; False while a question is open."""
-        if self._ask is None or self.asking:
-            return False
+    def ask_now(self, now: float) -> None:
+        """Ask about the last detection, or without one about everything recorded.
+
+        Raises:
+            InputError: That is not possible; the message says why.
+        """
+        if self._ask is None:
+            raise InputError("twin: diagnoses are switched off")
+        if self.asking:
+            raise InputError("twin: a diagnosis is under way; wait for its answer")
         last = self._log.detections[-1] if self._log.detections else None
+        shortage = self._windows(last, now).shortage(now)
+        if shortage:
+            raise InputError(f"twin: too early for a diagnosis: {shortage}; ask later")
         self._start(last, now)
-        return True
 
     def hold_reply(self) -> None:
         """Wait for the reply to an open question, and hold it for the time at which it comes beside a rig."""
@@ -97,11 +106,7 @@ class Diagnoser:
         if self._ask is None:
             return
         self._background = self._background or BackgroundDiagnosis()
-        times = self._buffers["top_drive_angle"].time
-        started = float(times[0]) if times.size else now
-        middle = now - min(_RECENT_S, 0.5 * (now - started))  # where nothing was detected
-        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
-        windows = windows_of_change(interval, seen, started, now)
+        windows = self._windows(detection, now)
         number = None if detection is None else detection.number
         baseline, known_for, end = self._baseline
         if baseline is None or known_for != number or end > windows.before[1]:
@@ -111,6 +116,14 @@ class Diagnoser:
         self._asked_for, self._asked_at, self._baseline = number, now, (baseline, number, end)
         channel = None if detection is None else detection.channel
         self._background.start(Question(self._ask, before, after, self._rig, channel))
+
+    def _windows(self, detection: Detection | None, now: float) -> Windows:
+        """What to compare for a detection; without one, the recent past with what was before."""
+        times = self._buffers["top_drive_angle"].time
+        started = float(times[0]) if times.size else now
+        middle = now - min(_RECENT_S, 0.5 * (now - started))
+        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
+        return windows_of_change(interval, seen, started, now)
 
     def _take(self, reply: Reply, now: float) -> None:
         self._held, self.error = None, reply.error

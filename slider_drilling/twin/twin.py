@@ -189,9 +189,13 @@ class Twin:
         self._changed = False
         self._history.clear()
 
-    def ask_diagnosis(self) -> bool:
-        """Ask for a diagnosis now, about the last detection or everything recorded; False if that is not possible."""
-        return self._diagnoser.ask_now(self._motion.newest)
+    def ask_diagnosis(self) -> None:
+        """Ask for a diagnosis now, about the last detection or everything recorded.
+
+        Raises:
+            InputError: That is not possible: one is under way, or there are too few samples yet.
+        """
+        self._diagnoser.ask_now(self._motion.newest)
 
     def hold_answer(self) -> None:
         """Wait for an open diagnosis, of a replay: its answer then comes as late as it would beside the rig."""
