@@ -79,7 +79,7 @@ def command(
     from slider_drilling.commands.options import refuse_ignored
     from slider_drilling.commands.watch_campaign import watch_campaign
     from slider_drilling.commands.watch_output import JsonLines, TableLines
-    from slider_drilling.commands.watch_sources import open_feed
+    from slider_drilling.commands.watch_sources import open_feed, source_name
     from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, write_atomically
     from slider_drilling.rig import dump_rig
@@ -106,7 +106,7 @@ def command(
         twin = Twin(rig, ask=diagnose_after if diagnose else None)
         lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
-            watch(twin, feed, lines.show, replayed=replayed, source=source)
+            watch(twin, feed, lines.show, replayed=replayed, source=source_name(source))
         finally:
             twin.close()
             lines.end()

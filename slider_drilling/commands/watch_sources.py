@@ -23,6 +23,11 @@ _WAIT_FOR_RIG_S = 30.0
 _IDLE_S = 0.1  # between two looks
 
 
+def source_name(source: str) -> str:
+    """What messages call a source."""
+    return "standard input" if source == "-" else source
+
+
 @contextmanager
 def open_feed(
     source: str, rig_path: Path | None, namespace: str | None, topics_path: Path | None, follow: bool, wits_units: str
@@ -37,8 +42,7 @@ def open_feed(
             raise InputError(f"{source}: WITS holds no rig file; give --rig")
         rig = load_rig(rig_path)
         with open_stream(source) as receive:
-            name = "standard input" if source == "-" else source
-            yield WitsFeed(receive, name, wits_units, rig, print_note), rig, False
+            yield WitsFeed(receive, source_name(source), wits_units, rig, print_note), rig, False
         return
     if wits_units:
         raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
