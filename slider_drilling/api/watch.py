@@ -66,10 +66,10 @@ def watch(
         InputError: The log cannot be used, or is too short.
     """
     record = as_log(log)
-    twin = Twin(record.rig() if rig is None else rig, settings, diagnose_after if diagnose else None)
+    twin = Twin(record.rig() if rig is None else rig, settings, diagnose_after if diagnose else None, replayed=True)
     reports: list[TwinReport] = []
     try:
-        follow(twin, LogFeed(record), reports.append, replayed=True, source=record.source)
+        follow(twin, LogFeed(record), reports.append, source=record.source)
     finally:
         twin.close()
     return WatchResult(tuple(reports), twin.calibrated_rig(), twin.not_compared, twin.remarks)

@@ -103,10 +103,10 @@ def command(
     if save_rig is not None:
         check_outputs((save_rig,), (Path(source), rig_path, topics_path))
     with open_feed(source, rig_path, namespace, topics_path, follow, wits_units or "") as (feed, rig, replayed):
-        twin = Twin(rig, ask=diagnose_after if diagnose else None)
+        twin = Twin(rig, ask=diagnose_after if diagnose else None, replayed=replayed)
         lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
-            watch(twin, feed, lines.show, replayed=replayed, source=source_name(source))
+            watch(twin, feed, lines.show, source=source_name(source))
         finally:
             twin.close()
             lines.end()

@@ -18,7 +18,6 @@ from slider_drilling.rig import Rig
 from slider_drilling.twin.ask import Ask
 
 _POLLED_S = 0.05
-_NICE = 10  # below the process that follows the rig
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 _START = "import sys; sys.path[:] = sys.argv[3:]; from slider_drilling.twin.background import main; main()"
 
@@ -36,13 +35,18 @@ class PickledBaseline:
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, see `ask.Ask`."""
+    """What is asked, see `ask.Ask`.
+
+    Attributes:
+        nice: Of its process: below the one that follows a rig, as it where that waits for the reply.
+    """
 
     ask: Ask
     before: RigLog | PickledBaseline
     after: RigLog
     rig: Rig
     channel: str | None
+    nice: int = 10
 
 
 @dataclass(frozen=True)
@@ -129,8 +133,8 @@ def main() -> None:
     from slider_drilling.process.worker_pool import exit_with_parent
 
     exit_with_parent(os.getppid())
-    os.nice(_NICE)
     question: Question = pickle.loads(Path(sys.argv[1]).read_bytes())
+    os.nice(question.nice)
     reply = _reply_to(question)
     written = Path(sys.argv[2] + ".part")
     written.write_bytes(pickle.dumps(reply))

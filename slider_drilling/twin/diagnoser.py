@@ -27,6 +27,8 @@ class Diagnoser:
         rig: The rig file.
         buffers: Samples by channel.
         log: The detections.
+        replayed: The samples are of the past: a reply is waited for, and held until the time at which it would have
+            come beside the rig. How busy this machine is then changes nothing.
 
     Attributes:
         answer: The latest, as JSON; None before the first.
@@ -34,7 +36,10 @@ class Diagnoser:
         error: Why the last question has no answer; None if it has one.
     """
 
-    def __init__(self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog) -> None:
+    def __init__(
+        self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog, replayed: bool = False
+    ) -> None:
+        self._replayed = replayed
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
         self._background: BackgroundDiagnosis | None = None
         self._asked_for: int | None = None
@@ -56,7 +61,7 @@ class Diagnoser:
         self._due += [(detection.detected + after, detection.number) for after in ASKED_AFTER_S]
 
     def update(self, now: float) -> None:
-        """Take an answer that has come, and ask what is due; never waits."""
+        """Take an answer that has come, and ask what is due; waits in a replay only."""
         if self._held is not None and self._held.comes_at(self._asked_at) <= now:
             self._take(self._held, now)
         elif self._held is None and self._background is not None:
@@ -86,14 +91,8 @@ class Diagnoser:
             raise InputError(f"twin: too early for a diagnosis: {shortage}; ask later")
         self._start(last, now)
 
-    def hold_reply(self) -> None:
-        """Wait for the reply to an open question, and hold it for the time at which it comes beside a rig."""
-        if self._held is None and self._background is not None:
-            self._held = self._background.wait()
-
-    def take_last_reply(self) -> None:
-        """Take a reply that comes after the end of a replay."""
-        self.hold_reply()
+    def take_held_reply(self) -> None:
+        """Take the reply that comes after the end of a replay."""
         if self._held is not None:
             self._take(self._held, self._held.comes_at(self._asked_at))
 
@@ -115,7 +114,11 @@ class Diagnoser:
         after = recorded_log(self._buffers, self._rig, windows.after, now)
         self._asked_for, self._asked_at, self._baseline = number, now, (baseline, number, end)
         channel = None if detection is None else detection.channel
-        self._background.start(Question(self._ask, before, after, self._rig, channel))
+        if not self._replayed:
+            self._background.start(Question(self._ask, before, after, self._rig, channel))
+            return
+        self._background.start(Question(self._ask, before, after, self._rig, channel, nice=0))
+        self._held = self._background.wait()
 
     def _windows(self, detection: Detection | None, now: float) -> Windows:
         """What to compare for a detection; without one, the recent past with what was before."""

@@ -48,12 +48,14 @@ _MOTION_S = 200.0  # of the drives' past, that a forecast repeats
 
 
 class Twin:
-    """Simulates alongside a rig. For one thread; `add` and `advance` take milliseconds and never wait.
+    """Simulates alongside a rig. For one thread; beside a rig `add` and `advance` take milliseconds and never wait.
 
     Args:
         rig: The rig file.
         settings: How it follows the rig.
         ask: Asked in a process of its own after a detection; None for no diagnosis.
+        replayed: The samples are of the past. `advance` waits for a diagnosis, whose answer comes as late as it would
+            beside the rig, by its processor time.
 
     Attributes:
         report: The latest; None before the first second.
@@ -62,7 +64,9 @@ class Twin:
         detector: Watches for changes; None until the rig is learnt.
     """
 
-    def __init__(self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None) -> None:
+    def __init__(
+        self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None, replayed: bool = False
+    ) -> None:
         self.rig, self.settings = rig, settings
         self._buffers = new_buffers(settings.kept)
         self._motion = DriveMotion(rig, self._buffers, settings.patience)
@@ -72,7 +76,7 @@ class Twin:
         self._activity = ActivityMonitor(rig)
         self._history = History(_HISTORY_S)
         self._log = DetectionLog()
-        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log)
+        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log, replayed)
         self._left_out = LeftOut()
         self._integrated: set[str] = set()  # positions that are integrals of speeds
         self._block: BlockFromPressure | None = None
@@ -197,13 +201,9 @@ class Twin:
         """
         self._diagnoser.ask_now(self._motion.newest)
 
-    def hold_answer(self) -> None:
-        """Wait for an open diagnosis, of a replay: its answer then comes as late as it would beside the rig."""
-        self._diagnoser.hold_reply()
-
-    def take_last_answer(self) -> None:
+    def take_held_answer(self) -> None:
         """Take the answer that comes after the end of a replay."""
-        self._diagnoser.take_last_reply()
+        self._diagnoser.take_held_reply()
 
     def close(self) -> None:
         """End the diagnosis in the background, if there is one."""

@@ -15,7 +15,7 @@ _IDLE_S = 0.1  # between two looks at a feed that has nothing new
 _LONGEST_WAIT_S = 900.0  # for the last diagnosis
 
 
-def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: bool, source: str) -> None:
+def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], source: str) -> None:
     """Give the twin what comes, and show each report.
 
     Args:
@@ -23,16 +23,12 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
         feed: Its samples.
         show: Called with every report; after the feed has ended once more with the last, if a diagnosis came late.
         source: Name of what is watched, for messages.
-        replayed: The samples are of the past. An answer then comes as late as it would beside the rig, by the
-            processor time of its diagnosis: how busy this machine is changes nothing.
     """
     while not feed.ended:
         pieces = feed.poll()
         for samples in pieces:
             for report in _take(twin, samples):
                 show(report)
-            if replayed:
-                twin.hold_answer()
         if not pieces and not feed.ended:
             time.sleep(_IDLE_S)
             twin.advance()
@@ -40,7 +36,7 @@ def watch(twin: Twin, feed: Feed, show: Callable[[TwinReport], None], replayed: 
         show(report)
     if twin.report is None:
         raise InputError("; ".join((too_short(source, twin.span), *twin.left_out)))
-    _await_answer(twin, show, replayed)
+    _await_answer(twin, show)
 
 
 def reports_of(twin: Twin, feed: Feed) -> Iterator[TwinReport]:
@@ -57,11 +53,10 @@ def _take(twin: Twin, samples: Samples) -> list[TwinReport]:
     return twin.advance()
 
 
-def _await_answer(twin: Twin, show: Callable[[TwinReport], None], replayed: bool) -> None:
+def _await_answer(twin: Twin, show: Callable[[TwinReport], None]) -> None:
     if not twin.asking or twin.report is None:
         return
-    if replayed:
-        twin.take_last_answer()
+    twin.take_held_answer()
     until = time.monotonic() + _LONGEST_WAIT_S
     while twin.asking and time.monotonic() < until:
         time.sleep(_IDLE_S)

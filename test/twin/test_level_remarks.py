@@ -34,7 +34,7 @@ def _stream(rig, seconds=70):
 def _watch(rig, units, lines_of):
     blocks = [record.encode() for record in _stream(rig)] + [b""]
     twin = Twin(rig, TwinSettings(forecast=0.0))
-    watch(twin, WitsFeed(lambda: blocks.pop(0), "standard input", units, rig), lines_of(twin).show, False, "-")
+    watch(twin, WitsFeed(lambda: blocks.pop(0), "standard input", units, rig), lines_of(twin).show, "-")
     return twin
 
 

@@ -171,7 +171,7 @@ def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaselin
     background = BackgroundDiagnosis()
     try:
         after = cut_time_window(log, windows.after, now)
-        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel))
+        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel, nice=0))
         reply = background.wait()
     finally:
         background.close()
