@@ -22,11 +22,15 @@ class WatchResult(TableExport):
 
     Attributes:
         reports: One for each second.
-        rig: The calibrated rig file.
+        rig: The rig file, calibrated as far as the twin got.
+        not_compared: Why no change could show, and what the twin needs; empty if one could.
+        remarks: Of the twin: what stands for missing channels, and which samples are too few or of no such rig.
     """
 
     reports: tuple[TwinReport, ...]
     rig: Rig
+    not_compared: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def detections(self) -> tuple[Detection, ...]:
@@ -34,7 +38,8 @@ class WatchResult(TableExport):
         return self.reports[-1].detections if self.reports else ()
 
     def __repr__(self) -> str:
-        return f"WatchResult({len(self.reports)} s, {len(self.detections)} changes)"
+        found = "nothing compared" if self.not_compared else f"{len(self.detections)} changes"
+        return f"WatchResult({len(self.reports)} s, {found})"
 
     def columns(self) -> Columns:
         """Time s, and for each channel the gap over 60 s and its threshold in noise levels; NaN where unknown."""
@@ -58,13 +63,13 @@ def watch(
         settings: Of the twin.
 
     Raises:
-        InputError: The log cannot be used.
+        InputError: The log cannot be used, or is too short.
     """
     record = as_log(log)
-    twin = Twin(record.rig() if rig is None else rig, settings, diagnose_after if diagnose else None)
+    twin = Twin(record.rig() if rig is None else rig, settings, diagnose_after if diagnose else None, replayed=True)
     reports: list[TwinReport] = []
     try:
-        follow(twin, LogFeed(record), reports.append, replayed=True)
+        follow(twin, LogFeed(record), reports.append, source=record.source)
     finally:
         twin.close()
-    return WatchResult(tuple(reports), twin.calibrated_rig())
+    return WatchResult(tuple(reports), twin.calibrated_rig(), twin.not_compared, twin.remarks)

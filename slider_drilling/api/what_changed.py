@@ -76,7 +76,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
     """When a change began by the twin's change detection, run over the whole log, and what to compare for it.
 
     Raises:
-        InputError: It detects no change.
+        InputError: It detects no change, or could detect none.
     """
     from slider_drilling.twin import Twin
     from slider_drilling.twin.ask import windows_of_change
@@ -92,7 +92,8 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
             windows = windows_of_change(first.interval, first.detected, 0.0, length)
             since = Since(first.since, first.interval, True, windows.after, first.channel)
             return since, windows
-    raise InputError(f"since auto: {log.source}: no change detected; give the time from which on to compare")
+        advice = f"{twin.not_compared}, or" if twin.not_compared else "no change detected; give"
+    raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
 
 
 def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) -> Diagnosis:

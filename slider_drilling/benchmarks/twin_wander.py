@@ -73,7 +73,7 @@ def fit_wander(slides: Sequence[Slide], start: Wander) -> Wander:
 class _NeverAlarmed(Twin):
     """A twin that only watches: after an alarm it would forget what was before."""
 
-    def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
+    def _take_alarms(self, alarms: Iterable[Alarm | None], now: float) -> None:
         pass
 
 

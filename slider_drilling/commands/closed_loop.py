@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
 from slider_drilling.commands.campaign_options import scheduler_option
 from slider_drilling.commands.options import json_option_with, print_json, print_listing, units_option, write_and_print
@@ -178,7 +177,7 @@ def _known(every: bool, faults: bool) -> tuple[Scenario, ...]:
 
 def _refuse_ignored(slides: int | None, slide: int | None) -> None:
     """Raise InputError for an option that the kind of run would ignore."""
-    from slider_drilling.errors import InputError
+    from slider_drilling.commands.options import refuse_ignored
 
     if slides is not None:
         kind, ignored = "with --campaign", {"only", "every", "slide"}
@@ -186,11 +185,7 @@ def _refuse_ignored(slides: int | None, slide: int | None) -> None:
         kind, ignored = "with --slide", {"only", "every", "against", "scheduler"}
     else:
         kind, ignored = "without --campaign or --slide", {"against", "rig_path", "duration", "foreign", "scheduler"}
-    context = click.get_current_context()
-    for option in context.command.params:
-        is_given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
-        if option.name in ignored and is_given:
-            raise InputError(f"{option.opts[-1]}: has no meaning {kind}; leave it out")
+    refuse_ignored(kind, ignored)
 
 
 def _chosen(only: tuple[str, ...], every: bool, faults: bool) -> list[Scenario]:

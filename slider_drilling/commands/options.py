@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 if TYPE_CHECKING:
     import rich.table
@@ -60,6 +61,22 @@ def units_option_with(default: str) -> Callable[[Any], Any]:
 
 
 units_option = units_option_with("si")
+
+
+def refuse_ignored(kind: str, ignored: Iterable[str]) -> None:
+    """Raise InputError for an option of the command line that this kind of run would ignore.
+
+    Args:
+        kind: For the message, such as "with --campaign".
+        ignored: Names of the options' parameters.
+    """
+    from slider_drilling.errors import InputError
+
+    names, context = set(ignored), click.get_current_context()
+    for option in context.command.params:
+        is_given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
+        if option.name in names and is_given:
+            raise InputError(f"{option.opts[-1]}: has no meaning {kind}; leave it out")
 
 
 def print_json(tree: Mapping[str, Any]) -> None:

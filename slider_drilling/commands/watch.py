@@ -25,6 +25,10 @@ Examples:
   slider-drilling watch --campaign 40 --jobs 4 -o twin_campaign
   nc rig 5000 | slider-drilling watch - --rig rig.yaml --wits-units field
 """
+# Options that mean nothing without the kind of run, or of source, that they are for.
+_WITH_CAMPAIGN = ("begins", "duration", "driven_by", "seed", "output", "jobs", "scheduler")
+_WITH_RECORDING = ("follow", "namespace", "topics_path")
+_WITH_SOURCE = (*_WITH_RECORDING, "wits_units", "save_rig", "units")
 
 
 @click.command(epilog=EXAMPLES)
@@ -39,6 +43,8 @@ Examples:
               help="Instead of a source: N sealed slides of foreign rigs, scored against their labels.")  # fmt: skip
 @click.option("--begins", default="", metavar="NAME,...", help="With --campaign: what may begin. [default: all]")
 @click.option("--duration", default=2400.0, show_default=True, help="With --campaign: length of each slide, s.")
+@click.option("--driven-by", type=click.Choice(["controller", "crew"]), default="controller", show_default=True,
+              help="With --campaign: who slides; a crew rocks by hand, in other ways now and then.")  # fmt: skip
 @click.option("--seed", default=1, show_default=True, type=SEED, help="With --campaign: of everything drawn.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="twin_campaign", show_default=True,
               help="With --campaign: folder of logs, labels, results and twin_campaign.json.")  # fmt: skip
@@ -58,6 +64,7 @@ def command(
     campaign: int | None,
     begins: str,
     duration: float,
+    driven_by: str,
     seed: int,
     output: Path,
     jobs: int,
@@ -72,32 +79,44 @@ def command(
     With --json a line a second: t, gap over 60 s and its threshold by channel, detections; times in s from the start.
     """
     from slider_drilling.campaign.run import WorkerSettings
+    from slider_drilling.commands.options import refuse_ignored
     from slider_drilling.commands.watch_campaign import watch_campaign
     from slider_drilling.commands.watch_output import JsonLines, TableLines
-    from slider_drilling.commands.watch_sources import open_feed
+    from slider_drilling.commands.watch_sources import open_feed, source_name
     from slider_drilling.errors import InputError
     from slider_drilling.files.output_files import check_outputs, write_atomically
     from slider_drilling.rig import dump_rig
+    from slider_drilling.table_import.live_wits import is_live
     from slider_drilling.twin import Twin, diagnose_after
     from slider_drilling.twin.watch import watch
 
     if (campaign is None) == (source is None):
         raise InputError("watch: give a SOURCE, or --campaign N")
     if campaign is not None:
+        refuse_ignored("with --campaign", _WITH_SOURCE)
+    else:
+        refuse_ignored("without --campaign", _WITH_CAMPAIGN)
+    if source is not None and is_live(source):
+        refuse_ignored("with a stream of WITS", _WITH_RECORDING)
+    if campaign is not None:
         names = tuple(name.strip() for name in begins.split(",") if name.strip())
         workers = WorkerSettings(jobs, scheduler)
-        return watch_campaign(campaign, seed, names, duration, rig_path, output, workers, as_json, diagnose)
+        return watch_campaign(
+            campaign, seed, names, duration, driven_by, rig_path, output, workers, as_json, diagnose
+        )
     assert source is not None
     if save_rig is not None:
         check_outputs((save_rig,), (Path(source), rig_path, topics_path))
     with open_feed(source, rig_path, namespace, topics_path, follow, wits_units or "") as (feed, rig, replayed):
-        twin = Twin(rig, ask=diagnose_after if diagnose else None)
-        lines = JsonLines() if as_json else TableLines(twin, units)
+        twin = Twin(rig, ask=diagnose_after if diagnose else None, replayed=replayed)
+        lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
-            watch(twin, feed, lines.show, replayed=replayed)
+            watch(twin, feed, lines.show, source=source_name(source))
         finally:
             twin.close()
             lines.end()
     if save_rig is not None:
+        if not twin.learnt:
+            raise InputError(f"--save-rig {save_rig}: not written: {twin.not_compared}")
         write_atomically(save_rig, dump_rig(twin.calibrated_rig()).encode())
     return 0

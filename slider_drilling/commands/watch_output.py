@@ -6,7 +6,7 @@ import json
 import math
 
 from slider_drilling.console.results import results_stream
-from slider_drilling.console.streams import stdout
+from slider_drilling.console.streams import stderr, stdout
 from slider_drilling.process.shutdown import defer_signals
 from slider_drilling.twin import Detection, Twin, TwinReport
 from slider_drilling.units import Units
@@ -16,29 +16,64 @@ _COLUMNS = ("time s", "state", "torque", "hook", "pressure", "toolface", "fricti
 _WIDTHS = (7, 10, 8, 8, 9, 9, 14, 14, 14, 14)
 
 
+def print_note(text: str) -> None:
+    """Print a sentence that is no result."""
+    stderr().print(f"note: {text}", highlight=False, markup=False, soft_wrap=True)
+
+
+class Remarks:
+    """Prints each remark of a twin once, to stderr.
+
+    Args:
+        twin: The twin.
+    """
+
+    def __init__(self, twin: Twin) -> None:
+        self._twin = twin
+        self._printed = 0
+
+    def show(self) -> None:
+        """Print those that are new."""
+        for remark in self._twin.remarks[self._printed :]:
+            print_note(remark)
+        self._printed = len(self._twin.remarks)
+
+
 class JsonLines:
-    """One JSON object a line; an interrupt leaves whole lines."""
+    """One JSON object a line; an interrupt leaves whole lines. What is to be said goes to stderr.
+
+    Args:
+        twin: The twin, for its remarks.
+    """
+
+    def __init__(self, twin: Twin) -> None:
+        self._twin = twin
+        self._remarks = Remarks(twin)
 
     def show(self, report: TwinReport) -> None:
         """Print a report."""
         line = json.dumps(report.as_json(), allow_nan=False)
         with defer_signals():
+            self._remarks.show()
             print(line, file=results_stream(), flush=True)
 
     def end(self) -> None:
-        """Nothing is left to print."""
+        """Say why no change could show."""
+        if self._twin.report is not None and self._twin.not_compared:
+            print_note(self._twin.not_compared)
 
 
 class TableLines:
     """A row every half minute, and a line for what was detected or answered.
 
     Args:
-        twin: The twin, for why a diagnosis failed.
+        twin: The twin, for its remarks and why a diagnosis failed.
         units: Display units.
     """
 
     def __init__(self, twin: Twin, units: Units) -> None:
         self._twin, self._units = twin, units
+        self._remarks = Remarks(twin)
         self._next = -math.inf
         self._detections: dict[int, Detection] = {}
         self._failure = ""
@@ -47,9 +82,8 @@ class TableLines:
     def show(self, report: TwinReport) -> None:
         """Print what is due."""
         with defer_signals():
+            self._remarks.show()
             if self._last is None:
-                for remark in self._twin.remarks:
-                    self._line(f"note: {remark}")
                 self._line("gap over 60 s in noise levels (> over its threshold), trends over the rig file's values")
                 self._line("".join(name.rjust(width) for name, width in zip(_COLUMNS, _WIDTHS, strict=True)))
             if report.time >= self._next:
@@ -69,7 +103,8 @@ class TableLines:
             return
         found = len(self._last.detections)
         offset = self._last.trends.get("hook_load_offset")
-        self._line(f"watched {self._last.time:.0f} s: {found} change{'' if found == 1 else 's'} detected")
+        changes = f"{found} change{'' if found == 1 else 's'} detected"
+        self._line(f"watched {self._last.time:.0f} s: {self._twin.not_compared or changes}")
         if offset is not None:
             value, low, high = (
                 self._units.convert(each / 1e3, "kN") for each in (offset.value, offset.low, offset.high)

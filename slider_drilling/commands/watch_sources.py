@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from slider_drilling.console.streams import stderr
+from slider_drilling.commands.watch_output import print_note
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.log.follow_recording import RecordingFollower
+from slider_drilling.log.log_files import holds_logs
 from slider_drilling.log.topic_map import NO_TOPICS, read_topic_map
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.table_import.live_wits import is_live, open_stream
@@ -18,6 +20,12 @@ from slider_drilling.twin.feed import Feed, LogFeed, RecordingFeed, Samples, rec
 from slider_drilling.twin.wits_feed import WitsFeed
 
 _WAIT_FOR_RIG_S = 30.0
+_IDLE_S = 0.1  # between two looks
+
+
+def source_name(source: str) -> str:
+    """What messages call a source."""
+    return "standard input" if source == "-" else source
 
 
 @contextmanager
@@ -34,13 +42,13 @@ def open_feed(
             raise InputError(f"{source}: WITS holds no rig file; give --rig")
         rig = load_rig(rig_path)
         with open_stream(source) as receive:
-            name = "standard input" if source == "-" else source
-            yield WitsFeed(receive, name, wits_units, rig, _print_note), rig, False
+            yield WitsFeed(receive, source_name(source), wits_units, rig, print_note), rig, False
         return
     if wits_units:
         raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
     path = Path(source)
     if follow or recording_grows(path):
+        _await_first_file(path)
         topics = NO_TOPICS if topics_path is None else read_topic_map(topics_path)
         feed = RecordingFeed(RecordingFollower(path, namespace, topics), follow)
         first: list[Samples] = []
@@ -51,8 +59,13 @@ def open_feed(
     yield LogFeed(log), log.rig(), True
 
 
-def _print_note(text: str) -> None:
-    stderr().print(f"note: {text}", markup=False)
+def _await_first_file(path: Path) -> None:
+    """Wait until a folder holds a log; anything else is tried at once."""
+    if not path.is_dir() or holds_logs(path):
+        return
+    print_note(f"{path} holds no log yet: waiting for the first one; Ctrl-C ends it")
+    while not holds_logs(path):
+        time.sleep(_IDLE_S)
 
 
 class _WithFirst:
@@ -73,14 +86,15 @@ class _WithFirst:
 
 def _rig_of(feed: RecordingFeed, source: str, first: list[Samples]) -> Rig:
     """The rig file in a recording, which is near its begin; what is read on the way goes into `first`."""
-    until = time.monotonic() + _WAIT_FOR_RIG_S
+    until = math.inf  # for the first samples it waits as long as it takes
     while time.monotonic() < until and not feed.ended:
         first += feed.poll()
         rig = feed.rig()
         if rig is not None:
             return rig
-        if not first:
-            time.sleep(0.1)
-        elif feed.ended or len(first) > 3:
+        if len(first) > 3:
             break
+        if first:
+            until = min(until, time.monotonic() + _WAIT_FOR_RIG_S)
+        time.sleep(_IDLE_S)
     raise InputError(f"{source}: shows no rig.yaml attachment so far; give the rig file with --rig")

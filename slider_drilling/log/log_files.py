@@ -37,6 +37,15 @@ class LogFiles:
     notes: tuple[str, ...] = ()
 
 
+def holds_logs(folder: Path) -> bool:
+    """Whether a folder holds a log."""
+    return bool(_logs_in(folder))
+
+
+def _logs_in(folder: Path) -> list[Path]:
+    return [file for file in folder.iterdir() if _LOG_NAME.fullmatch(file.name)]
+
+
 def find_log_files(path: Path) -> LogFiles:
     """The files of a log.
 
@@ -49,7 +58,7 @@ def find_log_files(path: Path) -> LogFiles:
     folder = path.parent if path.name == METADATA and path.is_file() else path
     if not folder.is_dir():
         return LogFiles((path,))
-    held = sorted((file for file in folder.iterdir() if _LOG_NAME.fullmatch(file.name)), key=_part_order)
+    held = sorted(_logs_in(folder), key=_part_order)
     listed, notes = _listed_names(folder / METADATA)
     if not held:
         missing = f"; {METADATA} lists {', '.join(listed)}" if listed else ""

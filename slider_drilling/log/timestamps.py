@@ -18,8 +18,9 @@ Mask = NDArray[np.bool_]
 SECOND = 1_000_000_000
 # Log times and stamps that differ by more are of different clocks (wall and simulated time), ns.
 MAX_CLOCK_OFFSET = 10 * SECOND
-# A surface topic whose stamps step back by more holds two runs, ns.
-MAX_STEP_BACK = SECOND
+# A surface topic whose stamps step back by more holds two runs, ns. Samples may be late by as much: the twin waits so
+# long for them (`twin.settings.TwinSettings.patience`).
+MAX_STEP_BACK = 2 * SECOND
 # One whose stamps leap ahead by more holds two runs, or its clock was set, ns.
 MAX_LEAP = 86_400 * SECOND
 # Stamps so far outside the time of the log are of another clock, or invalid, ns.

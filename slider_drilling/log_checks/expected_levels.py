@@ -109,15 +109,21 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
     return ExpectedLevel("is", measured, expected, PRESSURE[0] * expected, high, noise)
 
 
-def surface_torque(log: RigLog, response: Response) -> ExpectedLevel | None:
-    """The 95 % quantile of the torque's size, against the simulation of the same motion."""
+def surface_torque(log: RigLog, time: Array, simulated: Array) -> ExpectedLevel | None:
+    """The 95 % quantile of the torque's size, against the simulation of the same motion.
+
+    Args:
+        log: The log.
+        time: Of the simulation, s.
+        simulated: Surface torque then, N m.
+    """
     drive = log.top_drive
     if drive is None or not np.isfinite(drive.effort).any():
         return None
-    inside = np.isfinite(drive.effort) & (drive.time <= response.time[-1])
+    inside = np.isfinite(drive.effort) & (drive.time <= time[-1])
     if np.count_nonzero(inside) < 10:
         return None
-    measured, expected = _size_and_spread(drive.effort[inside]), _size_and_spread(response.surface_torque)
+    measured, expected = _size_and_spread(drive.effort[inside]), _size_and_spread(simulated)
     # A sensor with an offset has a wrong size but the right spread; a string turned steadily has hardly a spread.
     ratios = [m / e for m, e in zip(measured, expected, strict=True) if e > 0.0]
     if not ratios:

@@ -100,7 +100,8 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
         return LogChecks(log, (*issues, *check_signs(log, rig, None), *idle), unchecked)
     response = expected_levels.simulate_as_given(log, rig)
     if response is not None:
-        issues += check_level("surface_torque", expected_levels.surface_torque(log, response))
+        torque = expected_levels.surface_torque(log, response.time, response.surface_torque)
+        issues += check_level("surface_torque", torque)
     issues += check_signs(log, rig, response)
     return LogChecks(log, tuple(issues), unchecked)
 

@@ -122,13 +122,16 @@ class TwinNode(ManagedNode):
     def _restart(self) -> None:
         """Another twin that has seen nothing yet."""
         self.close_twin()
-        known = {field.name for field in fields(TwinSettings)}
-        settings = TwinSettings(**{name: value for name, value in self.values.items() if name in known})
-        self.twin = Twin(self._rig, settings, diagnose_after if self.values["diagnose_changes"] else None)
+        self.twin = Twin(self._rig, self._settings(), diagnose_after if self.values["diagnose_changes"] else None)
         self._start_ns: int | None = None  # stamp of the twin's time 0
         self._waiting: dict[str, tuple[list[float], list[float]]] = {}  # channel -> times and values to add
         self._ahead_ns: int | None = None  # stamp far ahead of the others, which may be wrong
         self._clock_fault = self._failure = ""
+        self._remarked = 0  # how many of the twin's remarks were said
+
+    def _settings(self) -> TwinSettings:
+        known = {field.name for field in fields(TwinSettings)}
+        return TwinSettings(**{name: value for name, value in self.values.items() if name in known})
 
     def _take(self, key: str, channels: tuple[str, ...], stamp_ns: int, *numbers: float) -> None:
         """Keep one message's numbers until the next look."""
@@ -151,7 +154,8 @@ class TwinNode(ManagedNode):
         self._watchdog.note_sample()
         if newest is not None and stamp_ns - newest > MAX_GAP * 1e9 and not self._confirms_jump(stamp_ns):
             return False
-        if newest is not None and not -SET_BACK * 1e9 <= stamp_ns - newest <= MAX_GAP * 1e9:
+        late = max(SET_BACK, self._settings().patience)
+        if newest is not None and not -late * 1e9 <= stamp_ns - newest <= MAX_GAP * 1e9:
             self.get_logger().warning(
                 f"the rig's clock went from {newest / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: the twin starts anew"
             )
@@ -183,6 +187,9 @@ class TwinNode(ManagedNode):
         except InputError as error:
             self._fail(error)
             return
+        for remark in self.twin.remarks[self._remarked :]:
+            self.get_logger().warning(remark)
+        self._remarked = len(self.twin.remarks)
         for report in reports:
             self._publish(report)
         silence = 0.0 if is_catching_up else self._watchdog.silent_for(STALE_AFTER)
@@ -235,15 +242,18 @@ class TwinNode(ManagedNode):
     def _diagnose(self) -> str:
         if not self.values["diagnose_changes"]:
             raise InputError("diagnose_changes is false")
-        if not self._running().ask_diagnosis():
-            raise InputError("a diagnosis is under way, or there are too few samples yet")
+        self._running().ask_diagnosis()
         return "asked; the answer comes on gap/diagnosis"
 
     def _save_rig(self) -> str:
         path = Path(self.values["calibrated_rig"])
         given = Path(self.values["rig"]) if self.values["rig"] else None
         check_outputs([path], [given])
-        write_atomically(path, dump_rig(self._running().calibrated_rig()).encode())
+        twin = self._running()
+        if not twin.learnt:
+            note = "" if twin.report is None else f" ({twin.report.note})"
+            raise InputError(f"{path}: not written: the twin still learns the rig{note}; call again when it watches")
+        write_atomically(path, dump_rig(twin.calibrated_rig()).encode())
         return f"wrote {path}"
 
     def _running(self) -> Twin:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -57,19 +58,30 @@ def _state(report: TwinReport, health: TwinHealth) -> Status:
 
 
 def _site(site: str, found: Iterable[Detection], start: float, report: TwinReport) -> Status:
-    """A site: ERROR while a named effect acts there, WARN while something unnamed does."""
+    """A site: ERROR while a named effect acts there, WARN while something unnamed does.
+
+    Of several changes it shows a named one before others, then the largest.
+    """
     present = [one for one in found if one.ended is None]
     gaps = _gaps(report, {one.channel for one in present})
     if not present:
         return Status(Level.OK, site, "no change" if report.compared else NOT_COMPARED, gaps)
-    last = present[-1]
-    low, high = last.interval
-    values = (("since_s", f"{start + last.since:.1f}"), ("since_low_s", f"{start + low:.1f}"),
-              ("since_high_s", f"{start + high:.1f}"), ("detected_s", f"{start + last.detected:.1f}"),
-              ("channel", last.channel), ("kind", last.kind), ("size_noise_levels", f"{last.size:.2f}"),
-              ("effects", ", ".join(last.effects)), ("suspected", ", ".join(last.suspected)),
-              ("verdict", last.verdict or ""), ("changes", str(len(present))), *gaps)  # fmt: skip
-    return Status(Level.ERROR if last.effects else Level.WARN, site, describe(last, start), values)
+    worst = max(present, key=_severity)
+    low, high = worst.interval
+    values = (("since_s", f"{start + worst.since:.1f}"), ("since_low_s", f"{start + low:.1f}"),
+              ("since_high_s", f"{start + high:.1f}"), ("detected_s", f"{start + worst.detected:.1f}"),
+              ("channel", worst.channel), ("kind", worst.kind), ("size_noise_levels", f"{worst.size:.2f}"),
+              ("effects", ", ".join(worst.effects)), ("suspected", ", ".join(worst.suspected)),
+              ("verdict", worst.verdict or ""), ("changes", str(len(present))), *gaps)  # fmt: skip
+    others = len(present) - 1
+    more = f"; {others} other change{'' if others == 1 else 's'} there" if others else ""
+    return Status(Level.ERROR if worst.effects else Level.WARN, site, describe(worst, start) + more, values)
+
+
+def _severity(detection: Detection) -> tuple[bool, bool, float, int]:
+    """Sorts changes: named, suspected, large, late."""
+    size = detection.size if math.isfinite(detection.size) else 0.0
+    return bool(detection.effects), bool(detection.suspected), size, detection.number
 
 
 def describe(detection: Detection, start: float) -> str:

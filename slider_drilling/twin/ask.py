@@ -64,6 +64,15 @@ class Windows:
     before: tuple[float, float]
     after: float
 
+    def shortage(self, now: float) -> str:
+        """Why this cannot be diagnosed yet at a time, s; empty if it can."""
+        before, after = self.before[1] - self.before[0], now - self.after
+        if before < MIN_BASELINE_S:
+            return f"it needs {MIN_BASELINE_S:.0f} s of samples before the change, and has {max(before, 0.0):.0f} s"
+        if after < _MIN_AFTER_S:
+            return f"it needs {_MIN_AFTER_S:.0f} s of samples since the change, and has {max(after, 0.0):.0f} s"
+        return ""
+
 
 def windows_of_change(interval: tuple[float, float], seen: float, started: float, now: float) -> Windows:
     """What to compare.

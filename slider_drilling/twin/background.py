@@ -17,7 +17,7 @@ from slider_drilling.process.peak_memory import peak_bytes
 from slider_drilling.rig import Rig
 from slider_drilling.twin.ask import Ask
 
-_NICE = 10  # below the process that follows the rig
+_POLLED_S = 0.05
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 _START = "import sys; sys.path[:] = sys.argv[3:]; from slider_drilling.twin.background import main; main()"
 
@@ -35,13 +35,18 @@ class PickledBaseline:
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, see `ask.Ask`."""
+    """What is asked, see `ask.Ask`.
+
+    Attributes:
+        nice: Of its process: below the one that follows a rig, as it where that waits for the reply.
+    """
 
     ask: Ask
     before: RigLog | PickledBaseline
     after: RigLog
     rig: Rig
     channel: str | None
+    nice: int = 10
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,10 @@ class Reply:
     error: str | None
     cpu: float = 0.0
     peak: int = 0
+
+    def comes_at(self, asked: float) -> float:
+        """When it comes beside a rig if asked at this time of the rig, s, whatever else this machine does now."""
+        return asked + self.cpu
 
 
 class BackgroundDiagnosis:
@@ -98,6 +107,15 @@ class BackgroundDiagnosis:
             return Reply(None, None, f"the process of the diagnosis ended with code {code} without an answer")
         return reply
 
+    def wait(self) -> Reply | None:
+        """The reply, as late as it comes; None where nothing was asked."""
+        while self.running:
+            reply = self.poll()
+            if reply is not None:
+                return reply
+            time.sleep(_POLLED_S)
+        return None
+
     def close(self) -> None:
         """End the process, if there is one, and remove its files."""
         if self._process is not None:
@@ -115,8 +133,8 @@ def main() -> None:
     from slider_drilling.process.worker_pool import exit_with_parent
 
     exit_with_parent(os.getppid())
-    os.nice(_NICE)
     question: Question = pickle.loads(Path(sys.argv[1]).read_bytes())
+    os.nice(question.nice)
     reply = _reply_to(question)
     written = Path(sys.argv[2] + ".part")
     written.write_bytes(pickle.dumps(reply))

@@ -45,21 +45,22 @@ class DetectionLog:
 
     def __init__(self) -> None:
         self.detections: list[Detection] = []
-        self._open: _Open | None = None
+        self._open: list[_Open] = []
 
     def take(self, alarm: Alarm) -> bool:
         """Take an alarm; whether it is a new detection."""
-        last = self._open
-        if last is not None and self._is_over(last, alarm):
-            ended = replace(last.detection, kind="event", ended=alarm.change.since)
-            self.change(ended)
+        over = next((each for each in reversed(self._open) if _is_over(each, alarm)), None)
+        if over is not None:
+            self.change(replace(over.detection, kind="event", ended=alarm.change.since))
             return False
-        if last is not None and self._belongs(last, alarm):
-            last.seen.add((alarm.channel, alarm.kind))
-            fresh = alarm.time - last.detection.detected <= _REFINED_S
-            if fresh and alarm.change.evidence > last.alarm.change.evidence:
-                last.alarm = alarm
-                self.change(_described(alarm, last.detection))
+        # What began before the first of two detections belongs to that.
+        shown = next((each for each in self._open if _belongs(each, alarm)), None)
+        if shown is not None:
+            shown.seen.add((alarm.channel, alarm.kind))
+            fresh = alarm.time - shown.detection.detected <= _REFINED_S
+            if fresh and _began_before(shown, alarm) and alarm.change.evidence > shown.alarm.change.evidence:
+                shown.alarm = alarm
+                self.change(_described(alarm, shown.detection))
             return False
         number = len(self.detections) + 1
         change = alarm.change
@@ -67,39 +68,44 @@ class DetectionLog:
             number, alarm.time, change.since, change.interval, alarm.channel, "", change.kind, change.size, ""
         )
         self.detections.append(detection)
-        self._open = _Open(detection, alarm, {(alarm.channel, alarm.kind)})
+        self._open.append(_Open(detection, alarm, {(alarm.channel, alarm.kind)}))
         self.change(_described(alarm, detection))
         return True
 
     def settled_change(self, now: float) -> float | None:
         """The time (s) of a change whose refinement is over: until then the past can be forgotten. None without one."""
-        last = self._open
-        if last is None or now - last.detection.detected <= _REFINED_S:
-            return None
-        return last.detection.since
+        last = self.detections[-1] if self.detections else None
+        return None if last is None or now - last.detected <= _REFINED_S else last.since
 
     def change(self, detection: Detection) -> None:
         """Replace the detection of the same number."""
         self.detections[detection.number - 1] = detection
-        if self._open is not None and self._open.detection.number == detection.number:
-            self._open.detection = detection
+        self._open[detection.number - 1].detection = detection
 
-    def _is_over(self, last: _Open, alarm: Alarm) -> bool:
-        """Whether the same number went back by about as much as it had changed."""
-        first, second = last.alarm.change, alarm.change
-        same = (alarm.channel, alarm.kind) == (last.alarm.channel, last.alarm.kind)
-        back = first.size * second.size < 0.0 and _BACK[0] < abs(second.size / first.size) < _BACK[1]
-        return same and back and second.since > max(first.interval[1], first.since + _MIN_EVENT_S)
 
-    def _belongs(self, last: _Open, alarm: Alarm) -> bool:
-        """Whether an alarm shows the last change: soon after its detection, with the same onset, or as it grows."""
-        age, change = alarm.time - last.detection.detected, alarm.change
-        if age <= _SAME_S or abs(change.since - last.detection.since) <= _SAME_ONSET_S:
-            return True
-        if (alarm.channel, alarm.kind) not in last.seen or age > _GROWING_S:
-            return False
-        grows = last.detection.kind == "ramp" and change.size * last.alarm.change.size > 0.0
-        return grows or change.since <= last.detection.detected + _SAME_S
+def _is_over(last: _Open, alarm: Alarm) -> bool:
+    """Whether the same number went back by about as much as it had changed."""
+    first, second = last.alarm.change, alarm.change
+    same = (alarm.channel, alarm.kind) == (last.alarm.channel, last.alarm.kind)
+    back = first.size * second.size < 0.0 and _BACK[0] < abs(second.size / first.size) < _BACK[1]
+    return same and back and second.since > max(first.interval[1], first.since + _MIN_EVENT_S)
+
+
+def _belongs(last: _Open, alarm: Alarm) -> bool:
+    """Whether an alarm shows a detected change: soon after its detection, with the same onset, or as it grows."""
+    age, seen = alarm.time - last.detection.detected, (alarm.channel, alarm.kind) in last.seen
+    if not _began_before(last, alarm):
+        # A later onset is another change, but for the ramp whose onset moves on while it grows.
+        same_sign = alarm.change.size * last.alarm.change.size > 0.0
+        return seen and last.detection.kind == "ramp" and same_sign and age <= _GROWING_S
+    if age <= _SAME_S or abs(alarm.change.since - last.detection.since) <= _SAME_ONSET_S:
+        return True
+    return seen and age <= _GROWING_S
+
+
+def _began_before(last: _Open, alarm: Alarm) -> bool:
+    """Whether what an alarm shows began before a change was detected."""
+    return alarm.change.since <= last.detection.detected
 
 
 def _described(alarm: Alarm, before: Detection) -> Detection:

@@ -31,7 +31,7 @@ class Alarm:
     """A feature that has changed.
 
     Attributes:
-        time: s, when it was noticed.
+        time: s, of the last value that shows it, or when it was noticed.
         channel, kind: Of the feature.
         change: What changed.
     """

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.twin.ask import Ask, windows_of_change
-from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question
+from slider_drilling.twin.ask import Ask, Windows, windows_of_change
+from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection
@@ -26,6 +27,8 @@ class Diagnoser:
         rig: The rig file.
         buffers: Samples by channel.
         log: The detections.
+        replayed: The samples are of the past: a reply is waited for, and held until the time at which it would have
+            come beside the rig. How busy this machine is then changes nothing.
 
     Attributes:
         answer: The latest, as JSON; None before the first.
@@ -33,10 +36,15 @@ class Diagnoser:
         error: Why the last question has no answer; None if it has one.
     """
 
-    def __init__(self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog) -> None:
+    def __init__(
+        self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog, replayed: bool = False
+    ) -> None:
+        self._replayed = replayed
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
         self._background: BackgroundDiagnosis | None = None
         self._asked_for: int | None = None
+        self._asked_at = 0.0  # s
+        self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
         self.answer: dict[str, Any] | None = None
@@ -46,31 +54,47 @@ class Diagnoser:
     @property
     def asking(self) -> bool:
         """Whether a question is open."""
-        return self._background is not None and self._background.running
+        return self._held is not None or (self._background is not None and self._background.running)
 
     def detected(self, detection: Detection) -> None:
         """Plan the questions about a new detection."""
         self._due += [(detection.detected + after, detection.number) for after in ASKED_AFTER_S]
 
     def update(self, now: float) -> None:
-        """Take an answer that has come, and ask what is due; never waits."""
-        background = self._background
-        if background is not None and background.running:
-            self._take(background, now)
-        if background is None or not background.running:
+        """Take an answer that has come, and ask what is due; waits in a replay only."""
+        if self._held is not None and self._held.comes_at(self._asked_at) <= now:
+            self._take(self._held, now)
+        elif self._held is None and self._background is not None:
+            reply = self._background.poll()
+            if reply is not None:
+                self._take(reply, now)
+        if not self.asking:
             due = [entry for entry in self._due if entry[0] <= now]
             if due:
                 # Only the latest question of the latest detection still matters.
                 self._due = [entry for entry in self._due if entry[0] > now]
                 self._start(self._log.detections[max(number for _, number in due) - 1], now)
 
-    def ask_now(self, now: float) -> bool:
-        """Ask about the last detection, or without one about everything recorded; False while a question is open."""
-        if self._ask is None or (self._background is not None and self._background.running):
-            return False
+    def ask_now(self, now: float) -> None:
+        """Ask about the last detection, or without one about everything recorded.
+
+        Raises:
+            InputError: That is not possible; the message says why.
+        """
+        if self._ask is None:
+            raise InputError("twin: diagnoses are switched off")
+        if self.asking:
+            raise InputError("twin: a diagnosis is under way; wait for its answer")
         last = self._log.detections[-1] if self._log.detections else None
+        shortage = self._windows(last, now).shortage(now)
+        if shortage:
+            raise InputError(f"twin: too early for a diagnosis: {shortage}; ask later")
         self._start(last, now)
-        return True
+
+    def take_held_reply(self) -> None:
+        """Take the reply that comes after the end of a replay."""
+        if self._held is not None:
+            self._take(self._held, self._held.comes_at(self._asked_at))
 
     def close(self) -> None:
         """End what is still being asked."""
@@ -81,26 +105,31 @@ class Diagnoser:
         if self._ask is None:
             return
         self._background = self._background or BackgroundDiagnosis()
-        times = self._buffers["top_drive_angle"].time
-        started = float(times[0]) if times.size else now
-        middle = now - min(_RECENT_S, 0.5 * (now - started))  # where nothing was detected
-        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
-        windows = windows_of_change(interval, seen, started, now)
+        windows = self._windows(detection, now)
         number = None if detection is None else detection.number
         baseline, known_for, end = self._baseline
         if baseline is None or known_for != number or end > windows.before[1]:
             baseline, end = None, windows.before[1]
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
         after = recorded_log(self._buffers, self._rig, windows.after, now)
-        self._asked_for, self._baseline = number, (baseline, number, end)
+        self._asked_for, self._asked_at, self._baseline = number, now, (baseline, number, end)
         channel = None if detection is None else detection.channel
-        self._background.start(Question(self._ask, before, after, self._rig, channel))
-
-    def _take(self, background: BackgroundDiagnosis, now: float) -> None:
-        reply = background.poll()
-        if reply is None:
+        if not self._replayed:
+            self._background.start(Question(self._ask, before, after, self._rig, channel))
             return
-        self.error = reply.error
+        self._background.start(Question(self._ask, before, after, self._rig, channel, nice=0))
+        self._held = self._background.wait()
+
+    def _windows(self, detection: Detection | None, now: float) -> Windows:
+        """What to compare for a detection; without one, the recent past with what was before."""
+        times = self._buffers["top_drive_angle"].time
+        started = float(times[0]) if times.size else now
+        middle = now - min(_RECENT_S, 0.5 * (now - started))
+        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
+        return windows_of_change(interval, seen, started, now)
+
+    def _take(self, reply: Reply, now: float) -> None:
+        self._held, self.error = None, reply.error
         if reply.tree is None:
             return
         answer = reply.tree

@@ -19,7 +19,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
 from slider_drilling.twin.change_statistic import Uncertainty
-from slider_drilling.twin.channels import CHANNELS, COMPARED, READING_RANGES, SURFACE, declared_noise
+from slider_drilling.twin.channels import CHANNELS, COMPARED, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm, ChangeDetector
@@ -30,7 +30,9 @@ from slider_drilling.twin.forecast import ToolFaceSkill, make_forecast
 from slider_drilling.twin.history import History
 from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
+from slider_drilling.twin.level_remarks import LEVELS_AFTER_S, LeftOut, level_remarks
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
+from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array
@@ -41,26 +43,30 @@ from slider_drilling.twin.wander import parameter_wanders
 
 _REPORT_S = 1.0
 _HISTORY_S = 400.0
-_FIRST_S = 3.0  # of data, from which the initial state is inferred
 _FEATURES_EVERY = 5  # seconds between two windows whose features are taken
 _MOTION_S = 200.0  # of the drives' past, that a forecast repeats
 
 
 class Twin:
-    """Simulates alongside a rig. For one thread; `add` and `advance` take milliseconds and never wait.
+    """Simulates alongside a rig. For one thread; beside a rig `add` and `advance` take milliseconds and never wait.
 
     Args:
         rig: The rig file.
         settings: How it follows the rig.
         ask: Asked in a process of its own after a detection; None for no diagnosis.
+        replayed: The samples are of the past. `advance` waits for a diagnosis, whose answer comes as late as it would
+            beside the rig, by its processor time.
 
     Attributes:
         report: The latest; None before the first second.
-        remarks: What stands for channels that the rig does not send, one sentence each.
+        remarks: One sentence each: what stands for channels that the rig does not send, which come too seldom, and
+            after a minute which have values that such a rig does not have.
         detector: Watches for changes; None until the rig is learnt.
     """
 
-    def __init__(self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None) -> None:
+    def __init__(
+        self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None, replayed: bool = False
+    ) -> None:
         self.rig, self.settings = rig, settings
         self._buffers = new_buffers(settings.kept)
         self._motion = DriveMotion(rig, self._buffers, settings.patience)
@@ -70,7 +76,8 @@ class Twin:
         self._activity = ActivityMonitor(rig)
         self._history = History(_HISTORY_S)
         self._log = DetectionLog()
-        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log)
+        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log, replayed)
+        self._left_out = LeftOut()
         self._integrated: set[str] = set()  # positions that are integrals of speeds
         self._block: BlockFromPressure | None = None
         self._off_bottom, self._plant_rig = False, rig
@@ -78,6 +85,7 @@ class Twin:
         self.detector: ChangeDetector | None = None
         self._circulation = self._first_detector()
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
+        self._compared = False  # whether a change could have shown so far
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
         self._seconds = 0
@@ -111,6 +119,29 @@ class Twin:
         """Why the last diagnosis gave no answer, in one line; empty if it gave one."""
         return self._diagnoser.error or ""
 
+    @property
+    def learnt(self) -> bool:
+        """Whether the rig is learnt, so that a change would show."""
+        return self.detector is not None
+
+    @property
+    def span(self) -> float:
+        """s from the first sample of the top drive to the newest of the rig; 0 without any."""
+        return max(self._motion.newest - self._motion.started, 0.0)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """One sentence for each channel of which most values were left out: no rig has them."""
+        return self._left_out.remarks()
+
+    @property
+    def not_compared(self) -> str:
+        """Why no change could show so far, and what the twin needs, in one line; empty once one could."""
+        if self._compared:
+            return ""
+        share = 0.0 if self._learner is None else self._learner.share
+        return nothing_compared(self.learnt, share, self.settings.learning)
+
     def add(self, channel: str, times: ArrayLike, values: ArrayLike) -> None:
         """Take samples of one channel: any number, in any order.
 
@@ -125,9 +156,7 @@ class Twin:
         if channel not in self._buffers:
             raise InputError(f"twin: {channel}: no such channel; use {', '.join(CHANNELS)}")
         time, value = np.atleast_1d(np.asarray(times, float)), np.atleast_1d(np.asarray(values, float))
-        low, high = READING_RANGES[channel]
-        value = np.where((value >= low) & (value <= high), value, np.nan)
-        self._buffers[channel].add(time, value)
+        self._buffers[channel].add(time, self._left_out.without(channel, value))
 
     def add_measurements(self, measurements: Measurements) -> None:
         """Take one sample of all channels at surface, and the toolfaces that came with it."""
@@ -164,9 +193,17 @@ class Twin:
         self._changed = False
         self._history.clear()
 
-    def ask_diagnosis(self) -> bool:
-        """Ask for a diagnosis now, about the last detection or everything recorded; False if that is not possible."""
-        return self._diagnoser.ask_now(self._motion.newest)
+    def ask_diagnosis(self) -> None:
+        """Ask for a diagnosis now, about the last detection or everything recorded.
+
+        Raises:
+            InputError: That is not possible: one is under way, or there are too few samples yet.
+        """
+        self._diagnoser.ask_now(self._motion.newest)
+
+    def take_held_answer(self) -> None:
+        """Take the answer that comes after the end of a replay."""
+        self._diagnoser.take_held_reply()
 
     def close(self) -> None:
         """End the diagnosis in the background, if there is one."""
@@ -176,7 +213,7 @@ class Twin:
         reports: list[TwinReport] = []
         if math.isnan(self._next):
             start = self._motion.started
-            if until - start < _FIRST_S:
+            if until - start < FIRST_S:
                 return reports
             self._next = start
         interval = self.settings.interval
@@ -214,27 +251,40 @@ class Twin:
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
+        if self._seconds == LEVELS_AFTER_S:
+            self._note_levels(now, learner.fixed)
         return self.report
 
     def _new_learner(self, begin: float) -> Learner:
         self._note_missing_channels()
-        first = recorded_log(self._buffers, self.rig, begin, begin + _FIRST_S)
+        first = recorded_log(self._buffers, self.rig, begin, begin + FIRST_S)
         interval = self.settings.interval
-        grid: Array = begin + interval * np.arange(round(_FIRST_S / interval), dtype=float)
+        grid: Array = begin + interval * np.arange(round(FIRST_S / interval), dtype=float)
         start = infer_initial_state(first, self.rig, self._motion.commands(grid))
         return Learner(self._parameters, self._noise, self.settings.learning, lambda v: self._plants(start, v))
 
     def _note_missing_channels(self) -> None:
-        """Choose what stands for a block that is not sent, and say it."""
+        """Choose what stands for a block that is not sent, and say it; say what comes too seldom."""
+        self.remarks = sparse_samples(self._buffers)
         if len(self._buffers["block_position"]) or len(self._buffers["block_speed"]):
             return
         if len(self._buffers["standpipe_pressure"]):
             self._block = BlockFromPressure(self.rig)
-            self.remarks = ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
+            self.remarks += ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
         else:
             self._off_bottom = True
             self._plant_rig = replace(self.rig, bit=replace(self.rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
-            self.remarks = ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+            self.remarks += ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+
+    def _note_levels(self, now: float, values: Array) -> None:
+        """Say which channels have values that such a rig does not have."""
+        begin = now - LEVELS_AFTER_S
+        log, done = recorded_log(self._buffers, self.rig, begin, now), self._history.window(begin, now)
+        self.remarks += self._left_out.remarks()
+        if done is not None:
+            torque = done.at(values)[:, list(COMPARED).index("surface_torque")]
+            expected = {"time": done.time - begin, "surface_torque": torque}
+            self.remarks += level_remarks(log, self._plant_rig, expected)
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
@@ -253,15 +303,16 @@ class Twin:
             compared = seen.comparable or seen.circulating
             found = self._features(activity.period, now, learner.fixed) if compared else []
             (detector or self._circulation).add(now, seen, found)
+            self._compared |= detector is not None and bool(found)
         if detector is None:
             return
         if activity.comparable:
             watched = detector.watched(activity.mode)[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]
-            self._take_alarms(detector.test(activity.mode, channel, kind) for channel, kind in watched)
+            self._take_alarms((detector.test(activity.mode, channel, kind) for channel, kind in watched), now)
         if activity.circulation_known:
             ended = activity.mode != OFF_BOTTOM
             watched = detector.watched(OFF_BOTTOM)
-            self._take_alarms(detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched)
+            self._take_alarms((detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched), now)
         since = self._log.settled_change(now)
         if since is not None:
             detector.forget(since)
@@ -278,10 +329,13 @@ class Twin:
         uncertain = Uncertainty(learner.covariance, parameter_wanders(names))
         return self._circulation.recalibrated(learner.fixed - nominal, uncertain)
 
-    def _take_alarms(self, alarms: Iterable[Alarm | None]) -> None:
-        """Turn alarms into detections, and ask about new ones."""
+    def _take_alarms(self, alarms: Iterable[Alarm | None], now: float) -> None:
+        """Turn alarms into detections, and ask about new ones.
+
+        An alarm holds the time of the last value that shows it, some seconds before it is known.
+        """
         for alarm in alarms:
-            if alarm is not None and self._log.take(alarm):
+            if alarm is not None and self._log.take(replace(alarm, time=now)):
                 self._changed = True
                 self._diagnoser.detected(self._log.detections[-1])
 

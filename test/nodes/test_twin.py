@@ -28,7 +28,7 @@ from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
 from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.rig import dump_rig, parse_rig
-from slider_drilling.twin import Detection
+from slider_drilling.twin import Detection, Twin
 
 OK = 0
 
@@ -211,7 +211,7 @@ def test_diagnosis_is_published_when_it_changes(make_twin, heard, monkeypatch):
     assert heard[-1]["sensor"].level is Level.OK, "statuses are those of the twin's own report"
 
 
-def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repository: Path):
+def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repository: Path, monkeypatch):
     given = tmp_path / "rig.yaml"
     text = (repository / "config" / "rig.example.yaml").read_text()
     given.write_text(text)
@@ -221,6 +221,7 @@ def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repos
         with pytest.raises(InputError, match="the twin has no sample of the rig yet"):
             act()
     feed(node, 1000.0, 6.0)
+    monkeypatch.setattr(Twin, "learnt", True)
     assert node._save_rig() == f"wrote {saved}"
     assert parse_rig(saved.read_text(), str(saved)).string.length == 4000.0
     assert node._recalibrate() == "learns the rig anew"
@@ -229,6 +230,52 @@ def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repos
     with pytest.raises(InputError, match=r"rig\.yaml"):
         same._save_rig()
     assert given.read_text() == text
+
+
+def called(node: TwinNode, name: str) -> Trigger.Response:
+    """The response of a service of the node."""
+    offered = {service.srv_name.rpartition("/")[2]: service for service in node.services}
+    return offered[name].callback(Trigger.Request(), Trigger.Response())
+
+
+def test_rig_that_is_not_learnt_is_not_saved(make_twin, tmp_path: Path):
+    saved = tmp_path / "saved.yaml"
+    node = make_twin(calibrated_rig=str(saved), learning=60.0)
+    for seconds in (6.0, 40.0):
+        feed(node, 1000.0, seconds)
+        response = called(node, "save_rig")
+        assert not response.success and "not written: the twin still learns the rig" in response.message
+        assert not saved.exists()
+
+
+def test_diagnosis_asked_too_early_is_refused(make_twin, heard):
+    node = make_twin()
+    for begin in range(1000, 1300, 100):
+        feed(node, float(begin), 100.0)
+        with pytest.raises(InputError, match=r"too early for a diagnosis: it needs 150 s .* before the change"):
+            node._diagnose()
+        assert not node.twin.asking and node.twin.failure == ""
+    node._report(0.0)
+    assert "no diagnosis" not in heard[-1]["state"].message
+
+
+def test_late_sample_of_the_drive_starts_nothing_anew(make_twin):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+    for late in (0.5, 1.5, 1.9):
+        node._take("top_drive", CHANNELS["top_drive"], round((1005.9 - late) * 1e9) + 1, 0.0, 0.0, 0.0)
+    assert node._restarts == 0
+
+
+def test_values_that_no_rig_has_are_warned_of_once(make_twin, capfd):
+    node = make_twin(forecast=0.0)
+    for second in range(70):
+        for k in range(10):
+            at = round((1000.0 + second + 0.1 * k) * 1e9)
+            node._take("draw_works", CHANNELS["draw_works"], at, 0.0, 0.0, 400.0)
+            node._take("top_drive", CHANNELS["top_drive"], at, 0.0, 0.0, 0.0)
+        node._advance()
+    assert capfd.readouterr().err.count("hook_load starts at") == 1
 
 
 def test_impossible_samples_do_not_end_the_node(make_twin, heard, monkeypatch, capfd):

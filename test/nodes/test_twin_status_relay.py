@@ -56,6 +56,28 @@ def test_named_effect_is_an_error() -> None:
     assert suspected.level is Level.WARN and suspected.message.endswith("suspected: motor wear")
 
 
+LARGE = replace(PRESSURE, number=2, size=9.0, since=70.0)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_site_shows_the_most_severe_change_and_how_many_others_stand(order: tuple[int, ...]) -> None:
+    small = replace(PRESSURE, number=3, size=1.6)
+    found = [PRESSURE, LARGE, small]
+    status = by_name(*(found[k] for k in order))["hydraulics"]
+    assert dict(status.values)["size_noise_levels"] == "9.00" and dict(status.values)["changes"] == "3"
+    assert status.message.endswith("since 1700000070 s; 2 other changes there")
+    named = by_name(*(found[k] for k in order), replace(WASHOUT, number=4))["hydraulics"]
+    assert named.level is Level.ERROR and named.message.startswith("washout")
+    assert named.message.endswith("; 3 other changes there")
+    suspected = by_name(LARGE, replace(small, suspected=("washout",)))["hydraulics"]
+    assert suspected.message.endswith("suspected: washout; 1 other change there")
+
+
+def test_change_that_has_ended_hides_none() -> None:
+    status = by_name(PRESSURE, replace(LARGE, ended=180.0))["hydraulics"]
+    assert dict(status.values)["size_noise_levels"] == "3.20" and "other" not in status.message
+
+
 def test_change_that_has_ended_is_no_change() -> None:
     ended = Detection(**{**vars(WASHOUT), "ended": 180.0})
     assert by_name(ended)["hydraulics"].level is Level.OK

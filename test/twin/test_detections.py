@@ -1,3 +1,6 @@
+import numpy as np
+import pytest
+
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm
@@ -55,3 +58,47 @@ def test_past_is_forgotten_when_a_change_is_refined():
     log.take(_alarm(100.0, 80.0))
     assert log.settled_change(200.0) is None
     assert log.settled_change(400.0) == 80.0
+
+
+@pytest.mark.parametrize("after", [1.0, 20.0, 60.0, 119.0, 200.0])
+@pytest.mark.parametrize("kind", ["step", "ramp"])
+@pytest.mark.parametrize("channel", ["standpipe_pressure", "surface_torque"])
+def test_onset_after_detection_is_another_change(after, kind, channel):
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0, size=2.0))
+    assert log.take(_alarm(112.0 + after, 100.0 + after, size=5.0, kind=kind, channel=channel, evidence=50.0))
+    assert [each.since for each in log.detections] == [80.0, 100.0 + after]
+
+
+def test_onset_never_lies_after_detection():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        log, time = DetectionLog(), 300.0
+        for _ in range(40):
+            time += float(rng.uniform(1.0, 200.0))
+            channel = str(rng.choice(["standpipe_pressure", "hook_load", "surface_torque"]))
+            since, kind = time - float(rng.uniform(0.0, 250.0)), str(rng.choice(["step", "ramp"]))
+            log.take(_alarm(time, since, float(rng.normal(0.0, 4.0)), kind, channel, float(rng.uniform(10.0, 90.0))))
+        assert all(each.since <= each.detected for each in log.detections)
+
+
+def test_more_of_the_first_change_does_not_move_the_second():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0))
+    log.take(_alarm(150.0, 130.0, channel="surface_torque"))
+    assert not log.take(_alarm(170.0, 82.0, channel="hook_load", evidence=90.0))
+    assert [(each.since, each.channel) for each in log.detections] == [(82.0, "hook_load"), (130.0, "surface_torque")]
+
+
+def test_growing_ramp_keeps_its_onset():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0, kind="ramp"))
+    assert not log.take(_alarm(180.0, 150.0, kind="ramp", evidence=90.0))
+    assert log.detections[0].since == 80.0
+
+
+def test_return_that_is_seen_again_stays_one_event():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0, size=4.0))
+    assert not any(log.take(_alarm(300.0 + k, 280.0, size=-3.5)) for k in range(30))
+    assert len(log.detections) == 1

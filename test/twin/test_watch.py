@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from slider_drilling.commands.watch import command
+from slider_drilling.commands import watch_sources
+from slider_drilling.commands.watch import _WITH_CAMPAIGN, _WITH_SOURCE, command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.log.follow_recording import RecordingFollower
@@ -13,7 +14,7 @@ from slider_drilling.rig import dump_rig, load_rig
 from slider_drilling.twin.feed import LogFeed, RecordingFeed
 from slider_drilling.twin.wits_feed import WitsFeed
 
-FIELDS = ["t", "gap", "threshold", "detections"]
+FIELDS = ["t", "gap", "threshold", "detections", "compared"]
 DETECTION_FIELDS = ["detected", "since", "interval", "site", "effects", "suspected", "verdict", "answered"]
 
 
@@ -123,3 +124,62 @@ def test_wits_that_rocks_without_sign_is_refused(rig):
 def test_bad_source_is_refused_in_one_line(arguments, message):
     with pytest.raises(InputError, match=message):
         CliRunner().invoke(command, arguments, catch_exceptions=False)
+
+
+def test_empty_folder_is_waited_for(tmp_path, rig, monkeypatch, capfd):
+    """The first file appears while it waits, and its samples a while after that."""
+    waited, path = [], tmp_path / "run.mcap"
+
+    def sleep(seconds):
+        waited.append(seconds)
+        if len(waited) == 3:
+            path.write_bytes(b"")
+        if len(waited) == 6:
+            whole = tmp_path / "whole.part"
+            with LogWriter(whole, rig_text=dump_rig(rig), recorded_by="test") as writer:
+                _write(writer, 0.0, 5.0)
+            path.write_bytes(whole.read_bytes())
+
+    monkeypatch.setattr(watch_sources.time, "sleep", sleep)
+    with watch_sources.open_feed(str(tmp_path), None, None, None, True, "") as (feed, found, replayed):
+        assert found == rig and not replayed
+        assert len(feed.poll()[0]["top_drive_angle"][0]) == 50
+    assert capfd.readouterr().err.count("holds no log yet: waiting for the first one; Ctrl-C ends it") == 1
+
+
+def test_empty_folder_without_follow_is_refused(tmp_path):
+    with pytest.raises(InputError, match="holds no logs"):
+        CliRunner().invoke(command, [str(tmp_path)], catch_exceptions=False)
+
+
+_OF_CAMPAIGN = [["--begins", "washout"], ["--duration", "1000"], ["--seed", "2"], ["-o", "out"], ["--jobs", "2"],
+                ["--scheduler", "tcp://host:1"]]  # fmt: skip
+_OF_RECORDING = [["--follow"], ["--namespace", "rig"], ["--topics", "topics.yaml"]]
+_OF_SOURCE = [*_OF_RECORDING, ["--save-rig", "saved.yaml"], ["--wits-units", "field"], ["--units", "field"]]
+_IGNORED = [
+    *((["run.mcap"], each, "without --campaign") for each in _OF_CAMPAIGN),
+    *((["--campaign", "2"], each, "with --campaign") for each in _OF_SOURCE),
+    *((["-", "--rig", "rig.yaml"], each, "with a stream of WITS") for each in _OF_RECORDING),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("source", "option", "kind"), _IGNORED)
+def test_option_that_would_be_ignored_is_refused(source, option, kind):
+    with pytest.raises(InputError, match=f"{option[0].lstrip('-')[0]}.*: has no meaning {kind}; leave it out"):
+        CliRunner().invoke(command, [*source, *option], catch_exceptions=False)
+
+
+@pytest.mark.parametrize("option", [["--duration", "-1"], ["--duration", "nan"], ["--campaign", "-1"], ["--seed", "-1"],
+                                    ["--jobs", "-1"]])  # fmt: skip
+def test_number_that_cannot_be_is_refused(option, tmp_path):
+    campaign = [] if option[0] == "--campaign" else ["--campaign", "2"]
+    arguments = [*campaign, *option, "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(command, arguments)
+    assert result.exit_code == 2 or isinstance(result.exception, InputError)
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_option_is_for_a_kind_of_run_or_for_all():
+    """A new option must be put into one of the lists."""
+    for_all = {"source", "rig_path", "diagnose", "campaign", "as_json"}
+    assert {each.name for each in command.params} == {*_WITH_CAMPAIGN, *_WITH_SOURCE, *for_all}

@@ -23,7 +23,6 @@ from slider_drilling.twin.watch import reports_of
 NAMED_WITHIN_S = 180.0
 """Time after a detection within which an answer counts."""
 _ASKED_DETECTIONS = 2  # of one slide; each costs some diagnoses
-_POLLED_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -172,17 +171,17 @@ def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaselin
     background = BackgroundDiagnosis()
     try:
         after = cut_time_window(log, windows.after, now)
-        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel))
-        while (reply := background.poll()) is None:
-            clock.sleep(_POLLED_S)
+        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel, nice=0))
+        reply = background.wait()
     finally:
         background.close()
+    assert reply is not None
     return reply
 
 
 def _answer(reply: Reply, asked: float) -> TwinAnswer:
-    """What a reply says that was asked at a time of the slide, s; it comes after the processor time that it took."""
-    answered, tree = asked + reply.cpu, reply.tree
+    """What a reply says that was asked at a time of the slide, s."""
+    answered, tree = reply.comes_at(asked), reply.tree
     if tree is None:
         return TwinAnswer(answered, "failed", failure=reply.error or "")
     group: list[str] = next((row["group"] for row in tree["ranking"] if row["in_answer"]), [])
