@@ -14,7 +14,12 @@ from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
 from slider_drilling.gap.evidence.compare import share_closed
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.results.intervals import parameter_intervals, user_values
+from slider_drilling.gap.results.intervals import (
+    intervals_beside_all_nuisance,
+    parameter_intervals,
+    user_parameters,
+    user_values,
+)
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.plain_names import plain_name
 
@@ -67,6 +72,7 @@ class ChangeAnswer:
         moved: Calibrated numbers that changed, by name.
         explained: Share of the difference that the answer explains, None without a difference or an answer.
         interval: 95 % interval of ``explained`` over blocks of time.
+        refused: Why a candidate may not be named, by its name; those that may are missing.
         gaps: E of the later log: with the baseline's model, calibrated again, and with the named change or None.
     """
 
@@ -78,6 +84,7 @@ class ChangeAnswer:
     moved: Mapping[str, ChangedParameter]
     explained: float | None
     interval: tuple[float, float] | None
+    refused: Mapping[str, str] = field(default_factory=dict)
     gaps: tuple[float, float, float | None] = field(default=(1.0, 1.0, None))
 
     @property
@@ -95,7 +102,8 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         seed: Of the bootstrap.
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    group = _indistinguishable([each for each in search.tried if not why_unsupported(each, search)])
+    refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
+    group = _indistinguishable([each for each in search.tried if each.effect.name not in refused])
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
     named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
@@ -115,6 +123,7 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         moved=moved_parameters(search, final, baseline),
         explained=explained,
         interval=interval,
+        refused=refused,
         gaps=(unchanged, calibrated, None if named is None else named.gap),
     )
 
@@ -163,7 +172,19 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     if _explains_another_channel(tried, search):
         return f"does not explain the {plain_name(search.seen_in or '')}, in which the change was seen"
     beside = changed_beside(tried, search.calibrated)
-    return f"explains the difference only if {plain_name(beside)} has changed too" if beside else ""
+    if beside:
+        return f"explains the difference only if {plain_name(beside)} has changed too"
+    return "" if differs_from_none(tried) else "its size is not significantly different from none"
+
+
+def differs_from_none(tried: TriedChange) -> bool:
+    """Whether the 95 % interval of a candidate's size leaves out none, whatever nuisance is unknown beside it."""
+    intervals = intervals_beside_all_nuisance(tried.problem, tried.fit, spread=1.0)
+    known = user_parameters(tried.problem, tried.fit)
+    sizes = [name for name in tried.effect.material or [tried.effect.parameters[0].name] if name in intervals]
+    return not sizes or any(
+        not intervals[name][0] <= known[name].nominal <= intervals[name][1] for name in sizes
+    )
 
 
 def _explains_another_channel(tried: TriedChange, search: ChangeSearch) -> bool:

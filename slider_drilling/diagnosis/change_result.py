@@ -13,7 +13,6 @@ from slider_drilling.diagnosis.change_answer import (
     ChangeAnswer,
     changed_model,
     share_explained,
-    why_unsupported,
 )
 from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, all_values
 from slider_drilling.diagnosis.result import (
@@ -106,7 +105,7 @@ def _ranking(search: ChangeSearch, answer: ChangeAnswer) -> tuple[RankedEffect, 
 
 def _ranked(search: ChangeSearch, answer: ChangeAnswer, tried: TriedChange) -> RankedEffect:
     named = tried is answer.named
-    failed = why_unsupported(tried, search)
+    failed = answer.refused.get(tried.effect.name, "")
     closed, interval = share_explained(search.problem, search.calibrated.residual, tried.fit.residual)
     why_not = () if named else (failed or _why_not(tried, answer),)
     return RankedEffect(

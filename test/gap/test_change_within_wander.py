@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import pytest
-from toy import EFFECTS, toy
+from toy import EFFECTS, fit_toy, toy
 
+from slider_drilling.diagnosis.change_answer import differs_from_none
 from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, within_wander
 from slider_drilling.gap.model import Parameter
 from slider_drilling.gap.problem.problem import build_problem
@@ -26,3 +27,11 @@ def test_number_that_a_fit_moves_for_little_is_no_second_change(sine, within):
     limited = within_wander(tried, calibrated)
     assert (changed_beside(limited, calibrated) == "") == within
     assert abs(limited.fit.values["sine"] - sine) < 0.3 and limited.gain <= tried.gain + 1e-6
+
+
+@pytest.mark.parametrize(("step", "differs"), [(3.0, True), (0.05, False)])
+def test_size_that_may_be_none_beside_what_is_not_known_is_no_change(step, differs):
+    """Slope and level of the log are not known, and look much like a step."""
+    problem, found = fit_toy(toy({"level": 2.0, "slope": 1.0, "step": step}, seed=1), {"step"})
+    effect = next(each for each in EFFECTS if each.name == "step")
+    assert differs_from_none(TriedChange(effect, False, problem, found, 100.0)) == differs

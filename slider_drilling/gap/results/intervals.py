@@ -46,10 +46,10 @@ def parameter_intervals(
     return intervals
 
 
-def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
+def intervals_beside_all_nuisance(
+    problem: Problem, found: Fit, spread: float = SPREAD_OF_ANSWERS
+) -> dict[str, tuple[float, float]]:
     """95 % interval of each freed parameter in an answer, with a Jacobian of the fit.
-
-    It is `SPREAD_OF_ANSWERS` times as wide as the fit says.
 
     Nuisance that the log gave no reason to calibrate (`HasConditionalNuisance`) is still not known: here it is as free
     as its prior says. Otherwise what acts alike would seem better known where a log shows less.
@@ -57,6 +57,7 @@ def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tup
     Args:
         problem: The problem of the fit.
         found: The fit.
+        spread: How many times as wide as the fit says.
     """
     freed = {parameter.name for parameter in found.parameters}
     conditional = problem.model.conditional_nuisance if isinstance(problem.model, HasConditionalNuisance) else ()
@@ -64,7 +65,7 @@ def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tup
     parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
     known = set(user_values(problem, found.values))
     again = fit(problem, parameters, found.values, iterations=0, known=KnownStart(found.simulated))
-    intervals = parameter_intervals(problem, again, SPREAD_OF_ANSWERS * TWO_SIDED_95)
+    intervals = parameter_intervals(problem, again, spread * TWO_SIDED_95)
     return {name: interval for name, interval in intervals.items() if name in known}
 
 
