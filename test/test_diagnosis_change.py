@@ -166,7 +166,7 @@ def test_every_rig_change_is_a_candidate():
 def test_moved_number_says_by_how_much():
     share = moved_clause("pressure_gain", ChangedParameter(1.0, 0.95, (0.94, 0.96), "-"))
     assert str(share) == "circulating pressure changed by -5.0 % [-6, -4]"
-    assert str(moved_clause("hook_load_offset", ChangedParameter(0.0, 8e3, None, "N"))).endswith("0 kN to 8.0 kN")
+    assert str(moved_clause("hook_load_offset", ChangedParameter(0.0, 8e3, (7e3, 9e3), "N"))).endswith("0 kN to 8.0 kN")
 
 
 def test_operations_are_left_out():

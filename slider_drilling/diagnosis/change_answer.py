@@ -49,13 +49,13 @@ class ChangedParameter:
     Attributes:
         before: Value in the baseline.
         after: Value since.
-        interval: 95 % interval of ``after``.
+        interval: 95 % interval of ``after``; it leaves out ``before``.
         unit: SI unit of all of them, "-" for none.
     """
 
     before: float
     after: float
-    interval: tuple[float, float] | None
+    interval: tuple[float, float]
     unit: str
 
 
@@ -69,7 +69,7 @@ class ChangeAnswer:
         group: Candidates that the log cannot distinguish from it.
         suspected: Candidates with some evidence that are not named, those of the group first.
         site: Where it acts.
-        moved: Calibrated numbers that changed, by name.
+        moved: Calibrated numbers that changed for certain, by name.
         explained: Share of the difference that the answer explains, None without a difference or an answer.
         interval: 95 % interval of ``explained`` over blocks of time.
         refused: Why a candidate may not be named, by its name; those that may are missing.
@@ -120,7 +120,7 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         group=names[1:],
         suspected=tuple(dict.fromkeys(evident)) if different else (),
         site=named.effect.site if named else _likely_site(others, verdict),
-        moved=moved_parameters(search, final, baseline),
+        moved=moved_parameters(search.problem if named is None else named.problem, final, baseline),
         explained=explained,
         interval=interval,
         refused=refused,
@@ -223,18 +223,25 @@ def _likely_site(others: Sequence[TriedChange], verdict: str) -> str | None:
     return others[0].effect.site if verdict == "unknown" and others else None
 
 
-def moved_parameters(search: ChangeSearch, found: Fit, baseline: Baseline) -> dict[str, ChangedParameter]:
-    """Calibrated numbers that are no longer what the baseline found, by name."""
-    intervals = parameter_intervals(search.problem, found) if found is search.calibrated else {}
+def moved_parameters(problem: Problem, found: Fit, baseline: Baseline) -> dict[str, ChangedParameter]:
+    """Calibrated numbers that are for certain no longer what the baseline found, by name.
+
+    Args:
+        problem: The problem of the fit.
+        found: The fit of the later log.
+        baseline: What the earlier log gave.
+    """
+    intervals = parameter_intervals(problem, found)
     moved = {}
-    for parameter in search.calibrated.parameters:
+    for parameter in found.parameters:
         known = baseline.parameters.get(parameter.name)
         if known is None or "." in parameter.name:
             continue
-        value = found.values[parameter.name]
+        value, (low, high) = found.values[parameter.name], intervals[parameter.name]
         step = abs(value - known.value)
-        if step > _MOVED * known.spread and (parameter.unit != "-" or step > _MIN_SHARE * abs(known.value)):
-            moved[parameter.name] = ChangedParameter(known.value, value, intervals.get(parameter.name), parameter.unit)
+        large = step > _MOVED * known.spread and (parameter.unit != "-" or step > _MIN_SHARE * abs(known.value))
+        if large and not low <= known.value <= high:
+            moved[parameter.name] = ChangedParameter(known.value, value, (low, high), parameter.unit)
     return moved
 
 

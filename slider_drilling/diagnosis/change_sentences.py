@@ -39,7 +39,8 @@ def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
     if diagnosis.verdict == "parameters":
         if not change.moved:
             return sentence(
-                f"What is different{_since(change)} is within what the rig's own numbers wander. ", _explained(change)
+                f"What is different{_since(change)} may be the rig's own numbers, none of which has changed for certain "
+                "by itself. ", _explained(change)
             )
         clauses = [moved_clause(name, moved) for name, moved in change.moved.items()]
         text = sentence(*clauses[:1], *(sentence(", and ", clause) for clause in clauses[1:]))
@@ -55,7 +56,8 @@ def change_technical_summary(diagnosis: Diagnosis) -> str:
     """The answer with code names and E."""
     change, gap = diagnosis.change, diagnosis.gap
     assert change is not None and gap is not None
-    names = ", ".join(diagnosis.effects or change.moved) or "nothing that is known"
+    numbers = "calibrated numbers together" if diagnosis.verdict == "parameters" else "nothing that is known"
+    names = ", ".join(diagnosis.effects or change.moved) or numbers
     with_it = "" if gap.with_effect is None else f", {gap.with_effect:.2f} with it"
     return (
         f"{diagnosis.verdict}: {names} (E {_number(gap.nominal)} with the baseline's model, {_number(gap.tuned)} "
@@ -68,11 +70,8 @@ def moved_clause(name: str, moved: ChangedParameter) -> Sentence:
     plain = _PLAIN.get(name, plain_name(name))
     if moved.unit == "-" and moved.before:
         share = 100.0 * (moved.after / moved.before - 1.0)
-        interval = ""
-        if moved.interval is not None:
-            low, high = (100.0 * (end / moved.before - 1.0) for end in moved.interval)
-            interval = f" [{low:+.0f}, {high:+.0f}]"
-        return sentence(f"{plain} changed by {format_number(share, 2)} %{interval}")
+        low, high = (100.0 * (end / moved.before - 1.0) for end in moved.interval)
+        return sentence(f"{plain} changed by {format_number(share, 2)} % [{low:+.0f}, {high:+.0f}]")
     return sentence(f"{plain} went from ", displayed(moved.before, moved.unit, 2), " to ",
                     displayed(moved.after, moved.unit, 2))  # fmt: skip
 

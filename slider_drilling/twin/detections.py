@@ -11,6 +11,7 @@ from slider_drilling.twin.report import Detection
 
 _SAME_S = 120.0  # after a detection, in which other channels show the same change
 _SAME_ONSET_S = 60.0  # between the onsets of what is one change
+_DATED_S = 30.0  # within which an onset after a detection may be that of the change that was detected
 _GROWING_S = 900.0  # for which a ramp may go on
 _REFINED_S = 240.0  # for which time and kind of a detection follow the data
 _BACK = (0.5, 2.0)  # of its size, by which a change that is over went back
@@ -94,11 +95,13 @@ def _is_over(last: _Open, alarm: Alarm) -> bool:
 def _belongs(last: _Open, alarm: Alarm) -> bool:
     """Whether an alarm shows a detected change: soon after its detection, with the same onset, or as it grows."""
     age, seen = alarm.time - last.detection.detected, (alarm.channel, alarm.kind) in last.seen
+    if age <= _SAME_S and alarm.change.interval[0] <= last.detection.detected + _DATED_S:
+        return True
     if not _began_before(last, alarm):
         # A later onset is another change, but for the ramp whose onset moves on while it grows.
         same_sign = alarm.change.size * last.alarm.change.size > 0.0
         return seen and last.detection.kind == "ramp" and same_sign and age <= _GROWING_S
-    if age <= _SAME_S or abs(alarm.change.since - last.detection.since) <= _SAME_ONSET_S:
+    if abs(alarm.change.since - last.detection.since) <= _SAME_ONSET_S:
         return True
     return seen and age <= _GROWING_S
 

@@ -1,11 +1,12 @@
 """A change that needs no second one beside it may be named, however far a free fit moves the rest."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from toy import EFFECTS, fit_toy, toy
 
-from slider_drilling.diagnosis.change_answer import differs_from_none
+from slider_drilling.diagnosis.change_answer import differs_from_none, moved_parameters
 from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, within_wander
 from slider_drilling.gap.model import Parameter
 from slider_drilling.gap.problem.problem import build_problem
@@ -35,3 +36,11 @@ def test_size_that_may_be_none_beside_what_is_not_known_is_no_change(step, diffe
     problem, found = fit_toy(toy({"level": 2.0, "slope": 1.0, "step": step}, seed=1), {"step"})
     effect = next(each for each in EFFECTS if each.name == "step")
     assert differs_from_none(TriedChange(effect, False, problem, found, 100.0)) == differs
+
+
+@pytest.mark.parametrize(("level", "moved"), [(2.0, True), (0.08, False)])
+def test_number_has_changed_if_its_interval_leaves_out_what_it_was(level, moved):
+    """The level was 0 and wanders by 0.01; the later log shows it to within 0.13."""
+    problem, found = fit_toy(toy({"level": level}, seed=3), ())
+    was = SimpleNamespace(parameters={"level": SimpleNamespace(value=0.0, spread=0.01)})
+    assert ("level" in moved_parameters(problem, found, was)) == moved
