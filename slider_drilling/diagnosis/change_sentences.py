@@ -39,8 +39,8 @@ def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
     if diagnosis.verdict == "parameters":
         if not change.moved:
             return sentence(
-                f"What is different{_since(change)} may be the rig's own numbers, none of which has changed for certain "
-                "by itself. ", _explained(change)
+                f"What is different{_since(change)} may be the rig's own numbers; none has changed for certain by "
+                "itself. ", _explained(change)
             )
         clauses = [moved_clause(name, moved) for name, moved in change.moved.items()]
         text = sentence(*clauses[:1], *(sentence(", and ", clause) for clause in clauses[1:]))

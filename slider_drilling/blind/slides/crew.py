@@ -14,7 +14,7 @@ _HELD_S = (80.0, 250.0, 800.0, 1e9)  # s, from one change of the rocking to the 
 _HELD_SPREAD = (0.8, 1.3)
 _AMPLITUDES = (0.5, 1.8)  # of the one that suits the well
 _SPEEDS = (1.8, 5.0)  # rad/s, mean of a stroke
-_BLOCK_SPEEDS = (0.002, 0.004)  # m/s
+_BLOCK_SPEEDS = (0.0015, 0.003)  # m/s
 _SHIFT_GAINS = (0.0, 0.1)  # a crew that does not steer, and one that does
 
 
