@@ -1,7 +1,7 @@
-"""Starts nodes as forks of one process that has imported them and loaded their compiled code.
+"""Starts programs as forks of one process that has imported them and loaded their compiled code.
 
-A node that starts in a new interpreter spends a second of processor on that; a fork has it done. Run as a program, this
-module is the server; `fork_node` starts one for the process that calls it, and asks it.
+A program that starts in a new interpreter spends a second of processor on that; a fork has it done. Run as a program,
+this module is the server; `fork_program` starts one for the process that calls it, and asks it.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-LOADED = ("friction_simulator", "rocking_controller", "recorder", "log_player", "twin")
-MAX_REQUEST = 1_000_000  # bytes: name, arguments, folder and environment of a node
-REPOSITORY = Path(__file__).resolve().parents[2]
+CLI = "slider_drilling.cli:main"
+MAX_REQUEST = 1_000_000  # bytes: program, arguments, folder and environment
+REPOSITORY = Path(__file__).resolve().parents[1]
 
 
 class ForkedProcess:
@@ -62,30 +63,74 @@ class ForkedProcess:
         self.send_signal(signal.SIGKILL)
 
 
-def fork_node(name: str, arguments: Sequence[str], folder: Path, error: int) -> ForkedProcess:
-    """Start a node's program.
+def fork_program(
+    program: str,
+    arguments: Sequence[str],
+    folder: Path,
+    output: int,
+    error: int,
+    environment: Mapping[str, str] | None = None,
+    loader: str = "fork_loaders:load_commands",
+    imports: Sequence[str] = (),
+) -> ForkedProcess:
+    """Start a program.
 
     Args:
-        name: Of the program.
+        program: Its function, as module:function.
         arguments: Of its command line.
         folder: Its working directory.
-        error: File descriptor that its stderr is written to.
+        output: File descriptor of its stdout.
+        error: File descriptor of its stderr.
+        environment: Its variables; those of this process by default.
+        loader: The function that imports what programs of its server need, as module:function.
+        imports: More modules that its server imports, once, before it forks.
     """
-    server = _server()
+    server = _server(loader)
     exit_code, theirs = os.pipe()
-    request = {"name": name, "arguments": list(arguments), "folder": str(folder), "environment": dict(os.environ)}
-    socket.send_fds(server, [json.dumps(request).encode()], [error, theirs])
+    variables = dict(os.environ if environment is None else environment)
+    request = {
+        "program": program,
+        "arguments": list(arguments),
+        "folder": str(folder),
+        "environment": variables,
+        "imports": list(imports),
+    }
+    socket.send_fds(server, [json.dumps(request).encode()], [output, error, theirs])
     os.close(theirs)
     return ForkedProcess(int(server.recv(16)), exit_code)
 
 
+def run_cli(
+    *arguments: object,
+    folder: Path,
+    environment: Mapping[str, str] | None = None,
+    output: int | None = None,
+    loader: str = "fork_loaders:load_commands",
+) -> subprocess.CompletedProcess[str]:
+    """What `slider-drilling ARGUMENTS` answers, run to its end in a process of its own.
+
+    The arguments are those of `fork_program`; without an `output`, its stdout is in the answer.
+    """
+    words = [str(argument) for argument in arguments]
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as error:
+        out = printed.fileno() if output is None else output
+        process = fork_program(CLI, words, folder, out, error.fileno(), environment, loader)
+        try:
+            code = process.wait(120.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
+        said, complained = (os.pread(file.fileno(), 10_000_000, 0).decode() for file in (printed, error))
+    return subprocess.CompletedProcess(words, code, said, complained)
+
+
 @functools.cache
-def _server() -> socket.socket:
+def _server(loader: str) -> socket.socket:
     """The connection to this process's server, which ends with it."""
     own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    path = os.pathsep.join([str(REPOSITORY), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(REPOSITORY), *sys.path, os.environ.get("PYTHONPATH", "")])
     process = subprocess.Popen(
-        [sys.executable, "-c", f"import node_fork_server; node_fork_server.main({theirs.fileno()})"],
+        [sys.executable, "-c", f"import fork_server; fork_server.main({theirs.fileno()}, {loader!r})"],
         env=os.environ | {"PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"},
         pass_fds=[theirs.fileno()],
     )
@@ -99,40 +144,22 @@ def _server() -> socket.socket:
     return own
 
 
-def main(connection: int) -> None:
+def main(connection: int, loader: str) -> None:
     """Serve until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _load()
-    request, error = _serve(socket.socket(fileno=connection))
+    _function(loader)()
+    request, output, error = _serve(socket.socket(fileno=connection))
     if request:
-        _run(request, error)
+        _run(request, output, error)
 
 
-def _load() -> None:
-    """Import the nodes and their libraries, and load the compiled code that they run."""
-    from slider_drilling.nodes import environment
-
-    environment.prepare()
-    for name in LOADED:
-        _import(name)
-    from slider_drilling.control import SlideController
-    from slider_drilling.drillstring import VirtualRig
-    from slider_drilling.rig import load_rig
-
-    rig = load_rig(REPOSITORY / "config" / "rig.example.yaml")
-    virtual, controller = VirtualRig(rig, elements=20), SlideController(rig)
-    for _ in range(3):
-        virtual.step(controller.step(virtual.measurements))
+def _function(name: str) -> Any:
+    module, _, function = name.partition(":")
+    return getattr(importlib.import_module(module), function)
 
 
-def _import(name: str) -> None:
-    from slider_drilling.nodes.run_node import NODES
-
-    importlib.import_module(NODES[name][0])
-
-
-def _serve(connection: socket.socket) -> tuple[dict[str, Any], int]:
-    """Fork for each request. Returns in the fork, with its request and stderr; without one at the server's end."""
+def _serve(connection: socket.socket) -> tuple[dict[str, Any], int, int]:
+    """Fork for each request. Returns in the fork, with its request, stdout and stderr; empty at the server's end."""
     wake, woken = os.pipe()
     os.set_blocking(woken, False)
     signal.signal(signal.SIGCHLD, lambda number, frame: None)
@@ -145,19 +172,21 @@ def _serve(connection: socket.socket) -> tuple[dict[str, Any], int]:
             _reap(exit_codes)
         if connection not in ready:
             continue
-        text, received, _, _ = socket.recv_fds(connection, MAX_REQUEST, 2)
+        text, received, _, _ = socket.recv_fds(connection, MAX_REQUEST, 3)
         if not text:
-            return {}, -1
+            return {}, -1, -1
         request = json.loads(text)
-        _import(request["name"])
-        error, exit_code = received
+        for module in request["imports"]:
+            importlib.import_module(module)
+        output, error, exit_code = received
         pid = os.fork()
         if pid == 0:
             signal.set_wakeup_fd(-1)
             connection.close()
             for descriptor in (wake, woken, exit_code, *exit_codes.values()):
                 os.close(descriptor)
-            return request, error
+            return request, output, error
+        os.close(output)
         os.close(error)
         exit_codes[pid] = exit_code
         connection.send(str(pid).encode())
@@ -173,17 +202,16 @@ def _reap(exit_codes: dict[int, int]) -> None:
             os.close(descriptor)
 
 
-def _run(request: dict[str, Any], error: int) -> None:
+def _run(request: dict[str, Any], output: int, error: int) -> None:
     """Run the program with its own arguments, folder, environment, output and signal handlers."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD):
         signal.signal(number, signal.SIG_DFL)
-    os.dup2(error, 2)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    for descriptor, standard in ((output, 1), (error, 2)):
+        os.dup2(descriptor, standard)
+        os.close(descriptor)
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
     sys.argv = ["-c", *request["arguments"]]
-    from slider_drilling.nodes import programs
-
-    getattr(programs, request["name"])()
+    _function(request["program"])()
