@@ -82,7 +82,7 @@ def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_answers_help(repository: Path, name: str) -> None:
-    answer = run(repository, name, "--help")
+    answer = run_cli(name, "--help", folder=repository)
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.startswith(f"Usage: slider-drilling {name}")
 
@@ -180,7 +180,7 @@ def test_table_rows_have_help() -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_script_names_the_program(repository: Path, shell: str) -> None:
-    answer = run(repository, "completion", shell)
+    answer = run_cli("completion", shell, folder=repository)
     assert answer.returncode == 0
     assert "_SLIDER_DRILLING_COMPLETE" in answer.stdout
 
