@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import functools
+import gc
 import importlib
 import json
 import os
@@ -148,6 +149,8 @@ def main(connection: int, loader: str) -> None:
     """Serve until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _function(loader)()
+    gc.collect()
+    gc.freeze()  # a collection in a fork would touch, and so copy, all that is loaded
     request, output, error = _serve(socket.socket(fileno=connection))
     if request:
         _run(request, output, error)
