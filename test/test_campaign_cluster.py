@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import json
 import os
 import signal
@@ -18,7 +19,8 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.errors import InputError
 
-pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+if importlib.util.find_spec("distributed") is None:  # not imported, which would take every worker half a second
+    pytest.skip("the extra `cluster` is not installed", allow_module_level=True)
 
 KINDS = """
 import time

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 import pytest
+from fork_server import run_cli
 
 from slider_drilling import __version__, cli
 from slider_drilling.cli import COMMANDS, CommandEntry, LazyGroup, run_group
@@ -81,7 +82,7 @@ def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_answers_help(repository: Path, name: str) -> None:
-    answer = run(repository, name, "--help")
+    answer = run_cli(name, "--help", folder=repository)
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.startswith(f"Usage: slider-drilling {name}")
 
@@ -179,7 +180,7 @@ def test_table_rows_have_help() -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_script_names_the_program(repository: Path, shell: str) -> None:
-    answer = run(repository, "completion", shell)
+    answer = run_cli("completion", shell, folder=repository)
     assert answer.returncode == 0
     assert "_SLIDER_DRILLING_COMPLETE" in answer.stdout
 
@@ -210,10 +211,8 @@ def test_every_answering_command_has_json() -> None:
     (("torque-drag", "--elements", "20", "--friction", "0.2"), "at_total_depth"),
     (("study", "wear_modes", "-o", "studies"), "studies"),
 ])  # fmt: skip
-def test_json_is_all_of_stdout(repository: Path, tmp_path: Path, words: tuple[str, ...], key: str) -> None:
-    command = [sys.executable, "-m", "slider_drilling", *words, "--json"]
-    answer = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120,
-                            env={**os.environ, "PYTHONPATH": str(repository)})
+def test_json_is_all_of_stdout(tmp_path: Path, words: tuple[str, ...], key: str) -> None:
+    answer = run_cli(*words, "--json", folder=tmp_path)
     assert answer.returncode == 0, answer.stderr
     tree = json.loads(answer.stdout)
     assert tree[key]
@@ -221,8 +220,7 @@ def test_json_is_all_of_stdout(repository: Path, tmp_path: Path, words: tuple[st
 
 
 @pytest.mark.parametrize("words", [("torque-drag", "--elements", "20"), ("closed-loop", "--list"), ("study", "--list")])
-def test_piped_output_fits_eighty_columns(repository: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
-    answer = subprocess.run([sys.executable, "-m", "slider_drilling", *words], cwd=tmp_path, capture_output=True,
-                            text=True, timeout=120, env={**os.environ, "PYTHONPATH": str(repository)})
+def test_piped_output_fits_eighty_columns(tmp_path: Path, words: tuple[str, ...]) -> None:
+    answer = run_cli(*words, folder=tmp_path)
     assert answer.returncode == 0, answer.stderr
     assert max(map(len, answer.stdout.splitlines())) <= 80

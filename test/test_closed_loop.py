@@ -122,7 +122,7 @@ def test_controller_sets_and_holds_toolface():
 
 @pytest.mark.slow
 def test_same_seed_gives_same_run():
-    brief = dataclasses.replace(HOLD, duration=270.0, mwd_lost=0.3, mwd_outliers=0.2)
+    brief = dataclasses.replace(HOLD, duration=250.0, mwd_lost=0.3, mwd_outliers=0.2)
     first, second = (run_scenario(brief, "controller", seed=7, elements=20) for _ in range(2))
     assert np.array_equal(first.trace.tool_face, second.trace.tool_face)
     assert first.score == second.score
@@ -130,7 +130,7 @@ def test_same_seed_gives_same_run():
 
 @pytest.mark.slow
 def test_command_writes_json_and_page(tmp_path, monkeypatch):
-    brief = (dataclasses.replace(HOLD, duration=300.0),)
+    brief = (dataclasses.replace(HOLD, duration=250.0),)
     monkeypatch.setattr("slider_drilling.slide_scenarios.SCENARIOS", brief)
     monkeypatch.setattr("slider_drilling.slide_scenarios.run.DAILY", brief)
     outcome = CliRunner().invoke(

@@ -94,7 +94,7 @@ def test_every_channel_has_every_fault():
     (LostFlow(0.15, 300.0, 600.0), "off_bottom_pressure", "washout"),
     (SensorFault("surface_torque", drift=6.0, start=240.0), "load_channels", "torque sensor")])
 def test_fault_stops_lowering_with_its_reason(fault, status, reason):
-    scenario = dataclasses.replace(HOLD, duration=780.0, faults=(fault,))
+    scenario = dataclasses.replace(HOLD, duration=500.0, faults=(fault,))
     result = run_scenario(scenario, "controller", elements=20)
     stops = [event for event in result.trace.events if event[1] == "ERROR" and event[2] == status]
     assert stops and reason in stops[0][3]
@@ -103,14 +103,14 @@ def test_fault_stops_lowering_with_its_reason(fault, status, reason):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("fault", "level", "status", "reason"), [
-    (SensorFault("mwd", stuck=True, start=240.0), "ERROR", "mwd_tool_face", "stuck"),
-    (SensorFault("mwd", bias=0.7, start=240.0), "WARN", "mwd_tool_face", "jumped by"),
-    (SensorFault("hook_load", bias=50e3, start=360.0), "ERROR", "load_channels", "hook-load sensor"),
-    (SensorFault("block_position", gain=0.8, start=0.0), "WARN", "block_following", "80%"),
-    (SensorFault("top_drive_angle", bias=1.0, start=240.0), "WARN", "top_drive", "on average")])
-def test_fault_is_noticed_with_its_reason(fault, level, status, reason):
-    scenario = dataclasses.replace(HOLD, duration=620.0, faults=(fault,))
+@pytest.mark.parametrize(("fault", "duration", "level", "status", "reason"), [
+    (SensorFault("mwd", stuck=True, start=240.0), 560.0, "ERROR", "mwd_tool_face", "stuck"),
+    (SensorFault("mwd", bias=0.7, start=240.0), 350.0, "WARN", "mwd_tool_face", "jumped by"),
+    (SensorFault("hook_load", bias=50e3, start=360.0), 420.0, "ERROR", "load_channels", "hook-load sensor"),
+    (SensorFault("block_position", gain=0.8, start=0.0), 320.0, "WARN", "block_following", "80%"),
+    (SensorFault("top_drive_angle", bias=1.0, start=240.0), 320.0, "WARN", "top_drive", "on average")])
+def test_fault_is_noticed_with_its_reason(fault, duration, level, status, reason):
+    scenario = dataclasses.replace(HOLD, duration=duration, faults=(fault,))
     events = run_scenario(scenario, "controller", elements=20).trace.events
     assert any(event[1:3] == (level, status) and reason in event[3] for event in events), events
 
@@ -125,10 +125,10 @@ def test_direction_dependent_friction_is_no_fault():
 @pytest.mark.slow
 def test_string_that_buckles_ends_in_the_interlock():
     effects = effects_with(buckling_contact={"factor": 2.5})
-    scenario = Scenario("buckled", "5.6 km", "", duration=600.0, effects=effects)
+    scenario = Scenario("buckled", "5.6 km", "", duration=530.0, effects=effects)
     rig, controller = FaultyRig(scenario, 0, 25), build_contender("controller", scenario)
     measurements = rig.rig.measurements
-    for _ in range(6000):
+    for _ in range(5300):
         measurements = rig.step(controller.step(measurements))
     (lock_up,) = [status for status in controller.status() if status.name == "lock_up"]
     assert lock_up.level is Level.ERROR and "stays stopped" in lock_up.message

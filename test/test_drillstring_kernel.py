@@ -167,3 +167,12 @@ def test_frictionless_contact_stays_finite_at_any_speed(single):
     )
     assert np.all(np.isfinite(response.surface_torque))
     assert math.isfinite(response.tool_face[-1])
+
+
+def test_stiffness_of_the_contact_leaves_the_friction_law_as_it_is():
+    """A fit that varies it computes the law once."""
+    contact = RIG.contact
+    other = dataclasses.replace(contact, stiffness=2.0 * contact.stiffness)
+    first, second = assemble.friction_curve(contact), assemble.friction_curve(other)
+    assert second.table is first.table and second.polynomial is first.polynomial
+    assert second.stiffness_per_load == pytest.approx(2.0 * first.stiffness_per_load)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from fork_server import run_cli
 
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
@@ -88,13 +89,8 @@ def test_command_reports_full_disk_and_answers(
 
 
 def test_files_are_written_with_closed_stdout(desk: Path, tmp_path: Path) -> None:
-    import subprocess
-
     with open("/dev/full", "wb") as full:
-        answer = subprocess.run(
-            [sys.executable, "-m", "slider_drilling", *COMMANDS["torque-drag"].format(out=tmp_path).split()],
-            cwd=desk, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120,
-        )  # fmt: skip
+        answer = run_cli(*COMMANDS["torque-drag"].format(out=tmp_path).split(), folder=desk, output=full.fileno())
     errors = [line for line in answer.stderr.splitlines() if not line.startswith("note: ")]
     assert (answer.returncode, len(errors)) == (2, 1)
     assert {path.name for path in contents(tmp_path)} == {

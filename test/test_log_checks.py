@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from fork_server import run_cli
 from short_well import short_rig
 
 from slider_drilling.diagnosis.diagnose import diagnose
@@ -454,16 +453,12 @@ def test_every_shared_log_passes(shared_data):
 
 def test_real_log_with_other_rig_file_is_refused(shared_data, tmp_path):
     """No well or string of this recording is known; the example's are another rig's."""
-
-    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "slider_drilling", *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=120)
-
     table, mapping = shared_data / "rig_1hz" / "SampleData1.csv", installed_file("config/import.surface_1hz.yaml")
-    made = run("import", table, "--mapping", mapping, "--rows", "14245:15583", "-o", tmp_path / "1.mcap")
+    rows = ("--rows", "14245:15583")
+    made = run_cli("import", table, "--mapping", mapping, *rows, "-o", tmp_path / "1.mcap", folder=tmp_path)
     assert made.returncode == 0, made.stderr
     rig_file = installed_file("config/rig.example.yaml")
-    process = run("diagnose", tmp_path / "1.mcap", "--rig", rig_file, "-o", tmp_path / "out")
+    process = run_cli("diagnose", "1.mcap", "--rig", rig_file, "-o", "out", folder=tmp_path)
     assert process.returncode == 2
     assert "standpipe_pressure is 35.1 bar, but the rig file gives 289 bar" in process.stderr
     assert len(process.stderr.strip().splitlines()) == 1

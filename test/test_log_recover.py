@@ -1,13 +1,11 @@
 """`recover` and `info`: what a log still holds as a whole log, and what a log is good for."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fork_server import run_cli
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
@@ -29,16 +27,10 @@ def write(path: Path, steps: range, start: float = 100.0, rig: str = "schema: x"
     return path.read_bytes()
 
 
-def call(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "slider_drilling", *map(str, arguments)], cwd=folder, capture_output=True, text=True,
-        timeout=100, env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])})
-
-
 def test_a_broken_log_becomes_a_whole_one(tmp_path: Path) -> None:
     whole = write(tmp_path / "whole.mcap", range(2000))
     (tmp_path / "broken.mcap").write_bytes(whole[: len(whole) * 2 // 3])
-    done = call("recover", "broken.mcap", "-o", "fixed.mcap", folder=tmp_path)
+    done = run_cli("recover", "broken.mcap", "-o", "fixed.mcap", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "note: broken.mcap: breaks off at byte" in done.stderr
     assert "wrote fixed.mcap: " in done.stdout
@@ -112,7 +104,7 @@ def test_swapped_chunks_are_put_in_order(tmp_path: Path) -> None:
 ])
 def test_nothing_to_recover_is_one_line(tmp_path: Path, make, expected) -> None:
     make(tmp_path / "log.mcap")
-    done = call("recover", "log.mcap", "-o", "fixed.mcap", folder=tmp_path)
+    done = run_cli("recover", "log.mcap", "-o", "fixed.mcap", folder=tmp_path)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr
     assert not (tmp_path / "fixed.mcap").exists()
 
@@ -121,7 +113,7 @@ def test_the_log_itself_is_not_written_over(tmp_path: Path) -> None:
     before = write(tmp_path / "log.mcap", range(10))
     (tmp_path / "link.mcap").symlink_to("log.mcap")
     for output in ("log.mcap", "link.mcap"):
-        done = call("recover", "log.mcap", "-o", output, folder=tmp_path)
+        done = run_cli("recover", "log.mcap", "-o", output, folder=tmp_path)
         assert done.returncode == 2 and "choose another name" in done.stderr
     assert (tmp_path / "log.mcap").read_bytes() == before
 
@@ -155,7 +147,7 @@ def test_info_says_what_is_missing(tmp_path: Path, repository: Path) -> None:
     with LogWriter(tmp_path / "bare.mcap") as writer:
         for step in range(20):
             writer.joint_state("mud_pump/joint_states", 0.1 * step, "mud_pump", velocity=1.0)
-    done = call("info", "bare.mcap", "--json", folder=tmp_path)
+    done = run_cli("info", "bare.mcap", "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     tree = json.loads(done.stdout)
     assert any("has no rig.yaml attachment" in reason for reason in tree["missing_for_replay"])
@@ -163,11 +155,11 @@ def test_info_says_what_is_missing(tmp_path: Path, repository: Path) -> None:
     with LogWriter(tmp_path / "full.mcap", (repository / "config" / "rig.example.yaml").read_text()) as writer:
         for step in range(20):
             writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.0, 0.0, 1.0)
-    done = call("info", "full.mcap", folder=tmp_path)
+    done = run_cli("info", "full.mcap", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "replay: ready; diagnosis: not possible" in done.stdout  # the drive stands still
     assert "the block is assumed to stand still" in done.stdout
-    done = call("info", "nothing.mcap", folder=tmp_path)
+    done = run_cli("info", "nothing.mcap", folder=tmp_path)
     assert done.returncode == 2 and done.stderr == "nothing.mcap: no such log; check the path\n"
 
 
@@ -176,6 +168,6 @@ def test_info_tells_why_replay_is_impossible(tmp_path: Path) -> None:
     with LogWriter(path) as writer:
         for time in (1.0, 2.0, 3.0, 0.0, 1.0):
             writer.joint_state("top_drive/joint_states", time, "top_drive", 0.0, 0.0, 0.0)
-    done = call("info", path, folder=tmp_path)
+    done = run_cli("info", path, folder=tmp_path)
     assert done.returncode == 0
     assert "two runs in one log" in done.stdout and "replay: not possible" in done.stdout and "1 (3.0 s)" in done.stdout

@@ -15,6 +15,7 @@ from pathlib import Path
 import click
 import numpy as np
 import pytest
+from fork_server import run_cli
 
 from slider_drilling.cli import group
 from slider_drilling.commands.options import _reserve_stdout
@@ -133,12 +134,10 @@ def test_every_json_option_reserves_stdout(name: str) -> None:
     assert all(option.callback is _reserve_stdout and option.is_eager for option in options)
 
 
-def test_controller_that_prints_leaves_json_of_a_closed_loop(tmp_path: Path, repository: Path) -> None:
+def test_controller_that_prints_leaves_json_of_a_closed_loop(tmp_path: Path) -> None:
     (tmp_path / "noisy_controller.py").write_text(CONTROLLER + 'print("at import")\n')
-    done = subprocess.run(
-        [sys.executable, "-m", "slider_drilling", "closed-loop", "--slide", "0", "--duration", "300", "--elements",
-         "10", "--jobs", "1", "--controller", "noisy_controller:Mine", "--json"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300, env={**os.environ, "PYTHONPATH": str(repository)})
+    slide = ("--slide", "0", "--duration", "300", "--elements", "10", "--jobs", "1")
+    done = run_cli("closed-loop", *slide, "--controller", "noisy_controller:Mine", "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["scenarios"] and "at import" in done.stderr
 

@@ -196,10 +196,17 @@ def test_stuck_controller_ends_with_its_workers(tmp_path: Path) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The inputs of commands, and what is there before."""
+    here = tmp_path_factory.mktemp("desk")
+    make_inputs(here)
+    (here / "before").mkdir()
+    (here / "before" / "imported.mcap").write_bytes((here / "run.mcap").read_bytes())
+    return here
+
+
 @pytest.mark.parametrize("number", kills.SIGNALS)
-def test_killed_import_leaves_a_whole_log(number: signal.Signals, tmp_path: Path) -> None:
-    make_inputs(tmp_path)
-    (tmp_path / "before").mkdir()
-    (tmp_path / "before" / "imported.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
+def test_killed_import_leaves_a_whole_log(number: signal.Signals, desk: Path) -> None:
     after = random.Random(f"a small kill {number}").uniform(0.2, 1.5)
-    assert kills.killed(COMMANDS["import"], number, after, tmp_path / "before", tmp_path) in EXPECTED
+    assert kills.killed(COMMANDS["import"], number, after, desk / "before", desk) in EXPECTED

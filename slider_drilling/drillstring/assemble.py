@@ -14,7 +14,7 @@ from slider_drilling.contact import friction_table
 from slider_drilling.drillstring.kernel_arrays import Array, Elements, FrictionCurve, Lanes, padded
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
-from slider_drilling.rig import Contact, Rig
+from slider_drilling.rig import Asperity, Contact, Rig
 from slider_drilling.wellbore.mesh import (
     Mesh,
     build_mesh,
@@ -109,24 +109,30 @@ def _contact_stiffness(rig: Rig, mesh: Mesh) -> Array:
     return np.asarray(_stiffness_per_load(rig.contact) * pressed)
 
 
-@lru_cache(maxsize=16)
 def friction_curve(contact: Contact) -> FrictionCurve:
     """The contact's friction as 1 / mu over cos^2(beta_v): a table, and a polynomial where that is accurate."""
-    table = 1.0 / friction_table(contact.shear_factor, contact.asperity)
-    q = np.linspace(0.0, 1.0, len(table))
-    fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
-    coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
-    coefficients[: len(fit.coef)] = fit.coef
-    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < POLYNOMIAL_TOLERANCE)
+    polynomial, table = _friction_fit(contact.shear_factor, contact.asperity)
     orientation = contact.asperity.orientation
     return FrictionCurve(
-        polynomial=coefficients if smooth else np.empty(0),
-        table=np.ascontiguousarray(table),
+        polynomial=polynomial,
+        table=table,
         axial=math.cos(orientation),
         tangential=math.sin(orientation),
         exponent=contact.dahl_exponent,
         stiffness_per_load=_stiffness_per_load(contact),
     )
+
+
+@lru_cache(maxsize=16)
+def _friction_fit(shear_factor: float, asperity: Asperity) -> tuple[Array, Array]:
+    """Polynomial, empty where it is inaccurate, and table. Fits vary the contact's stiffness, which changes neither."""
+    table = 1.0 / friction_table(shear_factor, asperity)
+    q = np.linspace(0.0, 1.0, len(table))
+    fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
+    coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
+    coefficients[: len(fit.coef)] = fit.coef
+    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < POLYNOMIAL_TOLERANCE)
+    return coefficients if smooth else np.empty(0), np.ascontiguousarray(table)
 
 
 def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Modifiers]) -> Elements:

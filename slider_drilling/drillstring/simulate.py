@@ -275,14 +275,17 @@ class LaneBlock:
             acceleration: Of the top drive, rad/s2, (n,).
             block_offset: m that the blocks are lower, (n, lanes).
         """
-        ones = np.ones(len(commands.time))
-        rows = np.column_stack([
-            commands.rows(),
-            0.0 * ones if measured is None else measured,
-            ones if friction_factor is None else friction_factor,
+        columns = (
+            0.0 if measured is None else measured,
+            1.0 if friction_factor is None else friction_factor,
             self._slope(commands.top_drive_speed) if acceleration is None else acceleration,
-            ones if bit_torque_factor is None else bit_torque_factor,
-        ])  # fmt: skip
+            1.0 if bit_torque_factor is None else bit_torque_factor,
+        )
+        commanded = commands.rows()
+        rows = np.empty((len(commanded), commanded.shape[1] + len(columns)))
+        rows[:, : commanded.shape[1]] = commanded
+        for place, values in enumerate(columns, commanded.shape[1]):
+            rows[:, place] = values
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 from toy import TIME, Toy, fit_toy, toy
 
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search import least_squares
-from slider_drilling.gap.search.least_squares import KnownStart, broyden_update, fit
+from slider_drilling.gap.search.least_squares import KnownStart, bounded_step, broyden_update, fit
 
 PARAMETERS = (Parameter("size", 1.0, 0.1, 9.0, 0.1), Parameter("fall", 1.0, 0.1, 9.0, 0.1),
               Parameter("level", 0.0, -9.0, 9.0, 0.1))  # fmt: skip
@@ -87,3 +88,17 @@ def test_linear_fit_is_least_squares():
     measured = model.runs[0].channels[0].measured
     exact = np.linalg.solve(columns.T @ columns + weight, columns.T @ measured)
     assert [found.values[name] for name in ("level", "slope", "saw")] == pytest.approx(exact, abs=0.02)
+
+
+@pytest.mark.parametrize("width", [0.01, 0.3, 100.0])
+def test_step_is_the_least_within_its_bounds(width):
+    """Where the free step lies within them, and where it does not."""
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        slopes, gradient = random.normal(size=(6, 3)), random.normal(size=3)
+        low, high = -width * random.random(3), width * random.random(3)
+        normal = slopes.T @ slopes
+        ridge = np.diag(0.1 * np.diag(normal))
+        factor = np.linalg.cholesky(normal + ridge)
+        least = lsq_linear(factor.T, np.linalg.solve(factor, gradient), (low, high), method="bvls").x
+        assert bounded_step(normal, gradient, 0.1, low, high) == pytest.approx(least, abs=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import shutil
@@ -18,7 +19,8 @@ import pytest
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if CHROMIUM is None:
     pytest.skip("no chromium on this machine", allow_module_level=True)
-pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+if importlib.util.find_spec("nicegui") is None:  # not imported, which would take every worker half a second
+    pytest.skip("no NiceGUI: pip install '.[live]'", allow_module_level=True)
 playwright = pytest.importorskip("playwright.sync_api", reason="no Playwright: pip install playwright")
 
 FRAMES = ".sd-instruments"

@@ -9,7 +9,9 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from node_fork_server import ForkedProcess, fork_node
+from fork_server import ForkedProcess, fork_program
+
+from slider_drilling.nodes.run_node import NODES
 
 DEADLINE = 120.0  # s, for anything that a process has to do; a process that needs it all has failed
 
@@ -48,7 +50,12 @@ class NodeProcess:
         if new_interpreter:
             self.process = self._start_interpreter(name, arguments, folder)
         else:
-            self.process = fork_node(name, arguments, folder, self._output_file.fileno())
+            error = self._output_file.fileno()
+            with open(os.devnull, "wb") as output:
+                self.process = fork_program(
+                    f"slider_drilling.nodes.programs:{name}", arguments, folder, output.fileno(), error,
+                    loader="fork_loaders:load_nodes", imports=[NODES[name][0]],
+                )  # fmt: skip
 
     def _start_interpreter(self, name: str, arguments: Sequence[str], folder: Path) -> subprocess.Popen:
         code = f"from slider_drilling.nodes.programs import {name}; {name}()"

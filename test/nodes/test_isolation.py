@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from fork_server import run_cli
 from rclpy.context import Context
 from rclpy.node import Node
 
@@ -72,36 +73,16 @@ def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
 
 
 def test_second_run_is_refused_and_first_continues(namespace, wait_for_bytes, repository, tmp_path):
-    arguments = [
-        sys.executable,
-        "-m",
-        "slider_drilling",
-        "run",
-        "--speed",
-        "20",
-        "--duration",
-        "1e6",
-        "--elements",
-        "20",
-        "--record",
-    ]
-    environment = os.environ | {"PYTHONPATH": str(repository)}
+    arguments = ("run", "--speed", "20", "--duration", "1e6", "--elements", "20", "--record")
     first = subprocess.Popen(
-        [*arguments, str(tmp_path / "first")],
-        env=environment,
+        [sys.executable, "-m", "slider_drilling", *arguments, str(tmp_path / "first")],
+        env=os.environ | {"PYTHONPATH": str(repository)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     wait_for_bytes(tmp_path, 20_000, first)
-    done = subprocess.run(
-        [*arguments, str(tmp_path / "second")],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+    done = run_cli(*arguments, tmp_path / "second", folder=tmp_path, loader="fork_loaders:load_nodes")
     assert done.returncode == 2, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
     assert line.startswith("another rig is simulated in ROS domain") and "ROS_DOMAIN_ID" in line

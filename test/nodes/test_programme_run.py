@@ -1,11 +1,9 @@
 """A programme in the node: recorded with its file, ended with its node, aborted by a service."""
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
+from fork_server import run_cli
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 from turning import turn
@@ -45,11 +43,10 @@ def test_log_holds_the_programme_that_ran(programme, tmp_path, alone):
     assert ended + 4.0 < outcome.simulated < ended + 8.0
 
 
-def test_run_aborted_by_a_limit_exits_with_1(programme, repository, alone):
+def test_run_aborted_by_a_limit_exits_with_1(programme, alone):
     programme.write_text(PROGRAMME.replace("name: short", "limits: {right_torque: 1 kN m}"))
-    run = [sys.executable, "-m", "slider_drilling", "run", "--programme", str(programme), "--elements", "20", "--json"]
-    environment = os.environ | {"PYTHONPATH": str(repository)}
-    done = subprocess.run(run, env=environment, capture_output=True, text=True, timeout=200, check=False)
+    run = ("run", "--programme", programme, "--elements", 20, "--json")
+    done = run_cli(*run, folder=programme.parent, loader="fork_loaders:load_nodes")
     assert done.returncode == 1, done.stderr
     ended = json.loads(done.stdout)["programme"]
     assert ended["state"] == "aborted" and "torque to the right would reach" in ended["reason"]

@@ -10,10 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fork_server import run_cli
 
 from slider_drilling.commands import run
 from slider_drilling.log import read_log
 from slider_drilling.nodes.simulator_lock import SimulatorLock
+
+LOADER = "fork_loaders:load_nodes"
 
 
 def command(*arguments: object) -> list[str]:
@@ -29,12 +32,9 @@ def environment(repository: Path, alone: None) -> dict[str, str]:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The log of a run and what the run said."""
     folder = tmp_path_factory.mktemp("run")
-    environment = os.environ | {
-        "PYTHONPATH": str(Path(__file__).resolve().parents[2]),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF",
-    }
-    arguments = command("run", "--duration", 20, "--speed", "max", "--record", folder, "--target", 45)
-    done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
+    arguments = ("run", "--duration", 20, "--speed", "max", "--record", folder, "--target", 45)
+    done = run_cli(*arguments, folder=folder, environment=os.environ | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"},
+                   loader=LOADER)  # fmt: skip
     assert done.returncode == 0, done.stderr
     (log,) = folder.glob("*.mcap")
     assert sorted(path.suffix for path in folder.iterdir()) == [".html", ".mcap", ".png", ".yaml"]
@@ -74,11 +74,9 @@ def test_log_opens_in_other_programs(recorded):
     assert len(torque) == 201
 
 
-def test_replay_of_a_run_matches_it(recorded, environment):
+def test_replay_of_a_run_matches_it(recorded, tmp_path):
     log, _ = recorded
-    done = subprocess.run(
-        command("replay", log, "--json"), env=environment, capture_output=True, text=True, timeout=200, check=False
-    )
+    done = run_cli("replay", log, "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     rms = {name: channel["rms"] for name, channel in json.loads(done.stdout)["channels"].items()}
     sensors = read_log(log).rig().sensors
@@ -115,16 +113,8 @@ def test_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path):
         (["--controller", "nowhere:Mine", "--elements", "20"], "controller = 'nowhere:Mine': cannot be imported"),
     ],
 )
-def test_mistake_is_one_line_and_exit_code_2(arguments, expected, environment, tmp_path):
-    done = subprocess.run(
-        command("run", *arguments),
-        env=environment,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+def test_mistake_is_one_line_and_exit_code_2(arguments, expected, alone, tmp_path):
+    done = run_cli("run", *arguments, folder=tmp_path, loader=LOADER)
     assert done.returncode == 2
     lines = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
     assert len(lines) == 1 and expected in lines[0], done.stderr

@@ -120,10 +120,10 @@ class StringKalmanFilter:
     @property
     def estimate(self) -> StringEstimate:
         """The corrections as they stand."""
-        sigma = np.sqrt(np.diag(self._covariance))
-        mean = self.mean
-        return StringEstimate(float(mean[_S]), float(sigma[_S]), float(mean[_K]), float(sigma[_K]), float(mean[_BETA]),
-                              float(sigma[_BETA]), self.response_time * math.exp(float(mean[_TAU])))
+        mean, covariance = self.mean, self._covariance  # asked for several times a sample, so without arrays
+        sigma_s, sigma_k, sigma_beta = (math.sqrt(covariance[k, k]) for k in (_S, _K, _BETA))
+        return StringEstimate(float(mean[_S]), sigma_s, float(mean[_K]), sigma_k, float(mean[_BETA]), sigma_beta,
+                              self.response_time * math.exp(float(mean[_TAU])))
 
     def _min_log_time(self) -> float:
         """Lower bound of l.
