@@ -15,9 +15,10 @@ from slider_drilling.gap.evidence.compare import share_closed
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.results.intervals import (
-    intervals_beside_all_nuisance,
+    SPREAD_OF_ANSWERS,
+    TWO_SIDED_95,
+    deviations_from_none,
     parameter_intervals,
-    user_parameters,
     user_values,
 )
 from slider_drilling.gap.search.least_squares import Fit
@@ -38,6 +39,7 @@ _MAX_GROUP = 3
 SAME_AS_BEFORE = 1.25
 # A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
 _MOVED, _MIN_SHARE = 2.0, 0.02
+_NO_SIZE = "its size is not significantly different from none"
 _MIN_SAMPLES = 100  # of a channel that counts by itself
 _BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
 
@@ -174,17 +176,19 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
-    return "" if differs_from_none(tried) else "its size is not significantly different from none"
+    enough = largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE
+    return "" if differs_from_none(tried, SPREAD_OF_ANSWERS if enough else 1.0) else _NO_SIZE
 
 
-def differs_from_none(tried: TriedChange) -> bool:
-    """Whether the 95 % interval of a candidate's size leaves out none, whatever nuisance is unknown beside it."""
-    intervals = intervals_beside_all_nuisance(tried.problem, tried.fit, spread=1.0)
-    known = user_parameters(tried.problem, tried.fit)
-    sizes = [name for name in tried.effect.material or [tried.effect.parameters[0].name] if name in intervals]
-    return not sizes or any(
-        not intervals[name][0] <= known[name].nominal <= intervals[name][1] for name in sizes
-    )
+def differs_from_none(tried: TriedChange, spread: float = 1.0) -> bool:
+    """Whether the 95 % interval of a candidate's amplitude leaves out none, whatever else is unknown beside it.
+
+    Args:
+        tried: The candidate.
+        spread: How many times as wide as the fit's own the interval is.
+    """
+    deviations = deviations_from_none(tried.problem, tried.fit, tried.effect.parameters[0].name)
+    return deviations > spread * TWO_SIDED_95
 
 
 def _explains_another_channel(tried: TriedChange, search: ChangeSearch) -> bool:

@@ -30,11 +30,7 @@ def parameter_intervals(
     """
     if not found.parameters:
         return {}
-    _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
-    normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
-    # The pseudo-inverse: what the log says nothing of may lie anywhere within its bounds.
-    covariance: Array = np.asarray(np.linalg.pinv(normal + 1e-9 * np.eye(len(normal))), dtype=np.float64)
-    covariance = covariance + model_error_covariance(problem, found, rows, covariance)
+    covariance = _covariance(problem, found)
     values = user_values(problem, found.values)
     intervals = {}
     for name, parameter in user_parameters(problem, found).items():
@@ -46,10 +42,19 @@ def parameter_intervals(
     return intervals
 
 
-def intervals_beside_all_nuisance(
-    problem: Problem, found: Fit, spread: float = SPREAD_OF_ANSWERS
-) -> dict[str, tuple[float, float]]:
+def _covariance(problem: Problem, found: Fit) -> Array:
+    """(p, p) of the freed parameters, each in its scale."""
+    _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
+    normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
+    # The pseudo-inverse: what the log says nothing of may lie anywhere within its bounds.
+    covariance: Array = np.asarray(np.linalg.pinv(normal + 1e-9 * np.eye(len(normal))), dtype=np.float64)
+    return covariance + model_error_covariance(problem, found, rows, covariance)
+
+
+def intervals_beside_all_nuisance(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
     """95 % interval of each freed parameter in an answer, with a Jacobian of the fit.
+
+    It is `SPREAD_OF_ANSWERS` times as wide as the fit says.
 
     Nuisance that the log gave no reason to calibrate (`HasConditionalNuisance`) is still not known: here it is as free
     as its prior says. Otherwise what acts alike would seem better known where a log shows less.
@@ -57,16 +62,35 @@ def intervals_beside_all_nuisance(
     Args:
         problem: The problem of the fit.
         found: The fit.
-        spread: How many times as wide as the fit says.
     """
+    again = _beside_all_nuisance(problem, found)
+    known = set(user_values(problem, found.values))
+    intervals = parameter_intervals(problem, again, SPREAD_OF_ANSWERS * TWO_SIDED_95)
+    return {name: interval for name, interval in intervals.items() if name in known}
+
+
+def deviations_from_none(problem: Problem, found: Fit, name: str) -> float:
+    """Standard deviations of the fit by which a freed parameter is off its nominal value, all nuisance as unknown.
+
+    Args:
+        problem: The problem of the fit.
+        found: The fit.
+        name: Of the parameter, as the model calls it: an amplitude is known better than what a user calls the size.
+    """
+    again = _beside_all_nuisance(problem, found)
+    index = [parameter.name for parameter in again.parameters].index(name)
+    parameter = again.parameters[index]
+    deviation = parameter.scale * float(np.sqrt(_covariance(problem, again)[index, index]))
+    return abs(found.values[name] - parameter.nominal) / deviation
+
+
+def _beside_all_nuisance(problem: Problem, found: Fit) -> Fit:
+    """The fit with all nuisance freed, none of it moved."""
     freed = {parameter.name for parameter in found.parameters}
     conditional = problem.model.conditional_nuisance if isinstance(problem.model, HasConditionalNuisance) else ()
     unfitted = [each for effect in conditional for each in effect.parameters if each.name not in freed]
     parameters = [*found.parameters, *problem.expand_per_run(unfitted)]
-    known = set(user_values(problem, found.values))
-    again = fit(problem, parameters, found.values, iterations=0, known=KnownStart(found.simulated))
-    intervals = parameter_intervals(problem, again, spread * TWO_SIDED_95)
-    return {name: interval for name, interval in intervals.items() if name in known}
+    return fit(problem, parameters, found.values, iterations=0, known=KnownStart(found.simulated))
 
 
 def user_values(problem: Problem, values: dict[str, float]) -> dict[str, float]:
