@@ -226,3 +226,16 @@ def test_folder_without_sealed_logs_is_refused(tmp_path):
     result = CliRunner().invoke(group, ["blind-check", "--logs", str(tmp_path), "-o", str(tmp_path / "out")])
     assert "holds no sealed logs" in str(result.exception)
     assert Path(tmp_path / "out").is_dir()
+
+
+@pytest.mark.parametrize(("given", "ignored"), [
+    (("--rounds", "1"), ("--only", "heave")), (("--rounds", "1"), ("--no-oracle",)), (("--seal-only",), ("--only", "heave")),
+    ((), ("--evidence-only",)), ((), ("--minutes", "5")), (("--logs", "."), ("--cases", "3")),
+    (("--logs", ".", "--answers", "."), ("--only", "heave")),
+])  # fmt: skip
+def test_option_that_a_blind_check_would_ignore_is_refused(tmp_path, monkeypatch, given, ignored):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(group, ["blind-check", *given, *ignored, "-o", "out"])
+    assert type(result.exception).__name__ == "InputError" and "has no meaning" in str(result.exception)
+    assert str(result.exception).startswith("--") and ignored[0].removeprefix("--no-") in str(result.exception)
+    assert not (tmp_path / "out").exists()

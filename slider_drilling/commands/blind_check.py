@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import SEED, json_option, print_json, units_option, write_and_print
+from slider_drilling.commands.options import (
+    SEED,
+    json_option,
+    print_json,
+    refuse_ignored,
+    units_option,
+    write_and_print,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.blind.cases import Case
@@ -30,6 +37,12 @@ Examples:
   slider-drilling blind-check --logs sealed -o blind_of_this_code
   slider-drilling blind-check --rounds 2 --duration 120 --cases 20 -o rounds
 """
+
+
+# Options of the logs that are made, of what diagnoses them, and of rounds.
+_OF_LOGS = ("cases", "seed", "effects", "sizes", "wells", "manoeuvres", "log_defects", "plants", "duration", "rig_path",
+            "seal_only", "repeats")  # fmt: skip
+_OF_DIAGNOSES, _OF_ROUNDS = ("only", "oracle"), ("minutes", "evidence_only")
 
 
 @click.command(epilog=EXAMPLES)
@@ -120,6 +133,7 @@ def command(
         raise InputError("--answers: give the folder of the sealed logs with --logs")
     if rounds and sealed is not None:
         raise InputError("--rounds: the rigs must be drawn anew: leave out --logs")
+    _refuse_ignored(sealed is not None, answers is not None, seal_only, rounds > 0)
     if not 1.0 <= minutes <= 30.0:
         raise InputError(f"--minutes {minutes:g}: must be 1 to 30 min")
     make_folder(output)
@@ -159,6 +173,20 @@ def command(
     checked = check.check(sealed, output, stems, check.DiagnosisRequest(_names(only), oracle=oracle), run)
     _report(checked.cases, checked.answers, options, output, as_json, units)
     return checked.exit_code
+
+
+def _refuse_ignored(from_logs: bool, with_answers: bool, seal_only: bool, with_rounds: bool) -> None:
+    """Raise InputError for an option that this kind of check would ignore."""
+    if from_logs:
+        refuse_ignored("with --logs, which are made already", _OF_LOGS)
+    if with_answers:
+        refuse_ignored("with --answers, where nothing is diagnosed", (*_OF_DIAGNOSES, "jobs", "scheduler"))
+    if seal_only:
+        refuse_ignored("with --seal-only", (*_OF_DIAGNOSES, "rounds"))
+    if with_rounds:
+        refuse_ignored("with --rounds", (*_OF_DIAGNOSES, "repeats"))
+    else:
+        refuse_ignored("without --rounds", _OF_ROUNDS)
 
 
 def _rounds(
