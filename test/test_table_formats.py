@@ -1,40 +1,25 @@
-"""Tables of recorders without a mapping file: formats, encodings, clocks, nulls, signs, and what is refused."""
+"""Tables of recorders without a mapping file: formats, encodings, nulls, and what is refused."""
 
 from __future__ import annotations
 
 import datetime
-import os
-import socket
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from table_text import hook, written
 
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
-from slider_drilling.log import RigLog, read_log
+from slider_drilling.log import read_log
 from slider_drilling.null_values import without_undeclared_nulls
 from slider_drilling.table_import import import_table, read_table
 from slider_drilling.table_import.integrate import integrate
-from slider_drilling.table_import.live_wits import record_wits
-from slider_drilling.table_import.rocking_signs import looks_unsigned, signed_by
 
-KLBF, FTLBF = 4448.2216152605, 1.3558179483314004
+FTLBF = 1.3558179483314004
 HEAD = "Time,HKLD,TQ,RPM\n,klbf,ft-lbf,rpm\n"
 START = datetime.datetime(2026, 3, 14, 2, 10)
-
-
-def written(folder: Path, text: str, encoding: str = "utf-8", name: str = "t.csv") -> Path:
-    path = folder / name
-    path.write_bytes(text.encode(encoding))
-    return path
-
-
-def hook(log: RigLog) -> np.ndarray:
-    assert log.draw_works is not None
-    return log.draw_works.effort / KLBF
 
 
 def lines(count: int = 5) -> str:
@@ -61,69 +46,6 @@ def test_thousands_in_quotes(tmp_path: Path) -> None:
     log = read_table(written(tmp_path, 'Time (s),TQ (ft-lbf)\n0,"6,417"\n1,"16,417.5"\n'))
     assert log.top_drive is not None
     np.testing.assert_allclose(log.top_drive.effort / FTLBF, [6417, 16417.5])
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "step"),
-    [
-        ("03/14/2026 11:59:59 PM", "03/15/2026 12:00:00 AM", 1.0),
-        ("14.03.2026 23:59:59", "15.03.2026 00:00:00", 1.0),
-        ("14-Mar-2026 02:10:00", "14-Mar-2026 02:10:00.5", 0.5),
-        ("2026/03/14 02:10:00", "2026/03/14 02:10:02", 2.0),
-        ("20260314 02:10:00", "20260314 02:10:02", 2.0),
-        ("2026-03-14T02:10:00+01:00", "2026-03-14T01:10:02Z", 2.0),
-        ("23:59:59", "00:00:01", 2.0),
-        ("1773454200", "1773454202", 2.0),
-        ("1773454200000", "1773454202000", 2.0),
-        ("46095.0", "46095.5", 43200.0),
-    ],
-)
-def test_times(tmp_path: Path, first: str, second: str, step: float) -> None:
-    log = read_table(written(tmp_path, f"Time,HKLD (klbf)\n{first},200\n{second},201\n"))
-    assert log.draw_works is not None
-    np.testing.assert_allclose(np.diff(log.draw_works.time), step, atol=1e-6)
-
-
-def test_date_in_its_own_column_and_order(tmp_path: Path) -> None:
-    text = "Date,Time,HKLD (klbf)\n03/12/2024,23:59:59,200\n03/13/2024,00:00:00,201\n"
-    log = read_table(written(tmp_path, text))
-    assert datetime.datetime.fromtimestamp(log.start, datetime.timezone.utc).day == 12
-    ambiguous = read_table(written(tmp_path, text.replace("03/13", "03/12").replace("00:00:00", "23:59:59.5")))
-    assert any("read as MDY" in note for note in ambiguous.notes)
-
-
-@pytest.mark.parametrize(
-    ("times", "length"),
-    [
-        (("2024-03-31T01:59:59", "2024-03-31T03:00:00"), 1.0),
-        (("2024-10-27T02:59:59", "2024-10-27T02:00:00"), 1.0),
-        (("2024-10-27T01:59:59", "2024-10-27T02:00:00"), 1.0),
-    ],
-)
-def test_time_zone_undoes_clock_changes(tmp_path: Path, times: tuple[str, str], length: float) -> None:
-    text = "Time,HKLD (klbf)\n" + "".join(f"{time},200\n" for time in times)
-    log = import_table(written(tmp_path, text), time_zone="Europe/Berlin").log
-    assert log.draw_works is not None
-    np.testing.assert_allclose(np.diff(log.draw_works.time), length)
-
-
-def test_clock_set_back_asks_for_the_zone(tmp_path: Path) -> None:
-    text = "Time,HKLD (klbf)\n2024-10-27T02:59:59,200\n2024-10-27T02:00:00,200\n"
-    with pytest.raises(InputError, match=r"goes back .* give its zone with --time-zone"):
-        read_table(written(tmp_path, text))
-    with pytest.raises(InputError, match="time_zone = 'Mars/Base': not known"):
-        import_table(written(tmp_path, text), time_zone="Mars/Base")
-
-
-@pytest.mark.parametrize(
-    ("zones", "zone"), [(("Z", "+01:00"), ""), (("Z", "+01:00"), "Europe/Berlin"), (("", ""), "Etc/UTC")]
-)
-def test_zone_that_is_known_is_not_asked_for(tmp_path: Path, zones: tuple[str, str], zone: str) -> None:
-    text = f"Time,HKLD (klbf)\n2024-03-31T02:00:00{zones[0]},200\n"
-    text += f"2024-03-31T0{2 if zones[1] else 1}:00:01{zones[1]},200\n"
-    with pytest.raises(InputError, match="goes back") as caught:
-        import_table(written(tmp_path, text), time_zone=zone)
-    assert "its zone" not in str(caught.value)
 
 
 @pytest.mark.parametrize("null", [-999.25, -999.0, -9999.0, -99999.0, 9999.0, -32768.0, 1e30])
@@ -247,61 +169,6 @@ def test_gap_and_integral_are_kept_in_the_log(tmp_path: Path) -> None:
     assert "stands still over a gap" in dict(record.checks)["integrated"]
 
 
-def rocking(seconds: float = 200.0) -> tuple[np.ndarray, np.ndarray]:
-    """Speed of a rocking drive and the torque of the string that it winds up, once a second."""
-    time = np.arange(seconds)
-    speed = 8.0 * np.tanh(3.0 * np.sin(2.0 * np.pi * time / 14.3))
-    return speed, np.cumsum(speed) * 300.0 - 200.0 * np.sin(time)
-
-
-@pytest.mark.parametrize("of_speed", [True, False])
-def test_signs_come_back_from_the_rocking(of_speed: bool) -> None:
-    speed, torque = rocking()
-    torque = torque - torque.mean()
-    lost, other = (speed, torque) if of_speed else (torque, speed)
-    assert looks_unsigned(np.abs(lost), other, of_speed) and not looks_unsigned(lost, other, of_speed)
-    found = signed_by(np.abs(lost), other, of_speed, "t")
-    large = np.abs(lost) > 0.3 * np.abs(lost).max()
-    assert np.mean(np.sign(found[large]) == np.sign(lost[large])) > 0.97
-
-
-def test_torque_that_keeps_one_sign_has_lost_none() -> None:
-    speed, torque = rocking()
-    assert not looks_unsigned(torque - 1.01 * torque.min(), speed, of_speed=False)
-
-
-@pytest.mark.parametrize("lost", ["RPM", "TQ"])
-def test_lost_signs_of_the_paper_well_come_back(shared_data: Path, tmp_path: Path, lost: str) -> None:
-    whole = (shared_data / "paper_well" / "edr.csv").read_text().splitlines()
-    place = whole[0].split(",").index(lost)
-    rows = [line.split(",") for line in whole]
-    without = [",".join(cell.lstrip("-") if k == place else cell for k, cell in enumerate(row)) for row in rows]
-    table = written(tmp_path, "\n".join(without) + "\n")
-    true, found = read_table(shared_data / "paper_well" / "edr.csv").top_drive, read_table(table).top_drive
-    assert true is not None and found is not None
-    array = "velocity" if lost == "RPM" else "effort"
-    expected, restored = getattr(true, array), getattr(found, array)
-    large = np.abs(expected) > 0.2 * np.abs(expected).max()
-    np.testing.assert_allclose(restored[large], expected[large])
-
-
-@pytest.mark.parametrize("of_speed", [True, False])
-def test_lost_signs_of_a_10_hz_log_come_back(shared_data: Path, of_speed: bool) -> None:
-    drive = read_log(shared_data / "logs" / "blind_4.mcap").top_drive
-    assert drive is not None
-    lost, other = (drive.velocity, drive.effort) if of_speed else (drive.effort, drive.velocity)
-    found = signed_by(np.abs(lost), other, of_speed, "t", interval=0.1)
-    large = np.abs(lost) > 0.2 * np.nanmax(np.abs(lost))
-    assert np.mean(np.sign(found[large]) == np.sign(lost[large])) > 0.99
-
-
-def test_signs_that_nothing_tells_are_refused(tmp_path: Path) -> None:
-    speed, torque = (np.abs(part) for part in rocking())
-    rows = "".join(f"{k},{v * 9.55:.2f},{q:.0f}\n" for k, (v, q) in enumerate(zip(speed, torque, strict=True)))
-    with pytest.raises(InputError, match="has no sign, and torque does not tell it"):
-        read_table(written(tmp_path, "Time (s),RPM,TQ (ft-lbf)\n" + rows))
-
-
 def test_las_2_and_3(tmp_path: Path) -> None:
     two = ("~V\nVERS. 2.0 :\nWRAP. NO :\n~W\nNULL. -9999 :\n~C\nTIME.DD/MM/YYYY-HH:MM:SS :\nHKLA.KLB : \n~A\n"
            "12/03/2024-14:58:00 200\n12/03/2024-14:58:01 -9999\n12/03/2024-14:58:02 202\n")  # fmt: skip
@@ -352,58 +219,6 @@ def test_witsml(tmp_path: Path, text: str) -> None:
     np.testing.assert_allclose(hook(read_table(written(tmp_path, text, name="t.xml"))), [200, 202])
     with pytest.raises(InputError, match="cannot read this XML"):
         read_table(written(tmp_path, text[:-20], name="t.xml"))
-
-
-WITS = "".join(f"&&\r\n0105240312\r\n01061458{k:02d}\r\n0114{200 + k}\r\n0120-9999\r\n!!\r\n" for k in range(3))
-
-
-def test_wits_asks_for_its_units(tmp_path: Path) -> None:
-    path = written(tmp_path, WITS, name="rig.wits")
-    with pytest.raises(InputError, match="does not tell the units of HKLA; add --wits-units field"):
-        read_table(path)
-    np.testing.assert_allclose(hook(import_table(path, wits_units="field").log), [200, 201, 202])
-    np.testing.assert_allclose(hook(import_table(path, wits_units="metric").log) * KLBF, [2e6, 2.01e6, 2.02e6])
-
-
-def test_wits_from_a_tcp_stream(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-
-        def send() -> None:
-            connection, _ = server.accept()
-            with connection:
-                connection.sendall(WITS.encode())
-
-        sender = threading.Thread(target=send)
-        sender.start()
-        port, output = server.getsockname()[1], tmp_path / "live.mcap"
-        arguments = [f"wits://127.0.0.1:{port}", "-o", str(output), "--wits-units", "field"]
-        answer = CliRunner().invoke(command, arguments, catch_exceptions=False)
-        sender.join()
-    assert answer.exit_code == 0
-    np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
-    assert (tmp_path / "live.wits").read_bytes() == WITS.encode()
-
-
-def test_wits_from_a_serial_line(tmp_path: Path) -> None:
-    pytest.importorskip("serial")
-    own, device = os.openpty()
-    name, output = os.ttyname(device), tmp_path / "live.mcap"
-    threading.Timer(0.3, os.write, (own, WITS.encode())).start()
-    arguments = [f"serial://{name}?baud=9600", "-o", str(output), "--wits-units", "field", "--duration", "1.5"]
-    answer = CliRunner().invoke(command, arguments, catch_exceptions=False)
-    assert answer.exit_code == 0
-    np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
-
-
-@pytest.mark.parametrize(
-    ("address", "message"),
-    [("wits://127.0.0.1", "give host and port"), ("wits://127.0.0.1:1", "cannot connect"),
-     ("serial:///dev/no-such-line", "cannot open this serial line")],
-)  # fmt: skip
-def test_stream_that_cannot_be_reached_gets_one_line(tmp_path: Path, address: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        record_wits(address, tmp_path / "a.wits", 1.0)
-    assert not list(tmp_path.iterdir())
 
 
 def test_found_nulls_and_gaps(shared_data: Path) -> None:
