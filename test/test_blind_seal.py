@@ -230,8 +230,8 @@ def test_folder_without_sealed_logs_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("given", "ignored"), [
     (("--rounds", "1"), ("--only", "heave")), (("--rounds", "1"), ("--no-oracle",)),
-    (("--seal-only",), ("--only", "heave")), ((), ("--evidence-only",)), ((), ("--minutes", "5")), (("--logs", "."), ("--cases", "3")),
-    (("--logs", ".", "--answers", "."), ("--only", "heave")),
+    (("--seal-only",), ("--only", "heave")), ((), ("--evidence-only",)), ((), ("--minutes", "5")),
+    (("--logs", "."), ("--cases", "3")), (("--logs", ".", "--answers", "."), ("--only", "heave")),
 ])  # fmt: skip
 def test_option_that_a_blind_check_would_ignore_is_refused(tmp_path, monkeypatch, given, ignored):
     monkeypatch.chdir(tmp_path)
