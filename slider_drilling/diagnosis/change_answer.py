@@ -39,6 +39,7 @@ _MAX_GROUP = 3
 SAME_AS_BEFORE = 1.25
 # A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
 _MOVED, _MIN_SHARE = 2.0, 0.02
+_ELSEWHERE = "does not explain the"
 _NO_SIZE = "its size is not significantly different from none"
 _MIN_SAMPLES = 100  # of a channel that counts by itself
 _BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
@@ -105,7 +106,7 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
     refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
-    group = _indistinguishable([each for each in search.tried if each.effect.name not in refused])
+    group = nameable(search.tried, refused)
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
     named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
@@ -172,7 +173,7 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     if share_closed(unchanged**2, tried.gap**2) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
     if _explains_another_channel(tried, search):
-        return f"does not explain the {plain_name(search.seen_in or '')}, in which the change was seen"
+        return f"{_ELSEWHERE} {plain_name(search.seen_in or '')}, in which the change was seen"
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
@@ -213,11 +214,22 @@ def is_physical_and_material(tried: TriedChange) -> bool:
     return effect.is_physical(values) and effect.is_material(before, after)
 
 
-def _indistinguishable(supported: Sequence[TriedChange]) -> list[TriedChange]:
-    """The best candidate and those that explain nearly as much, best first."""
+def nameable(tried: Sequence[TriedChange], refused: Mapping[str, str]) -> list[TriedChange]:
+    """The best candidate that may be named and those that explain nearly as much, best first.
+
+    None where another explains more, but not the channel in which the change was seen: then two things differ, or that
+    channel showed it by chance, and the next best is no better known.
+
+    Args:
+        tried: The candidates.
+        refused: Why a candidate may not be named, by its name.
+    """
+    supported = [each for each in tried if each.effect.name not in refused]
     if not supported:
         return []
     best = max(supported, key=lambda each: each.gain)
+    if any(each.gain > best.gain and refused.get(each.effect.name, "").startswith(_ELSEWHERE) for each in tried):
+        return []
     margin = max(_SAME_GAIN, _SAME_SHARE * best.gain)
     return sorted((each for each in supported if each.gain >= best.gain - margin), key=lambda each: -each.gain)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from toy import EFFECTS, fit_toy, toy
 
-from slider_drilling.diagnosis.change_answer import differs_from_none, moved_parameters
+from slider_drilling.diagnosis.change_answer import differs_from_none, moved_parameters, nameable
 from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, within_wander
 from slider_drilling.gap.model import Parameter
 from slider_drilling.gap.problem.problem import build_problem
@@ -44,3 +44,13 @@ def test_number_has_changed_if_its_interval_leaves_out_what_it_was(level, moved)
     problem, found = fit_toy(toy({"level": level}, seed=3), ())
     was = SimpleNamespace(parameters={"level": SimpleNamespace(value=0.0, spread=0.01)})
     assert ("level" in moved_parameters(problem, found, was)) == moved
+
+
+@pytest.mark.parametrize(("gain", "why", "named"), [
+    (300.0, "does not explain the hook load, in which the change was seen", []), (300.0, "too small", ["bend"]),
+    (80.0, "does not explain the hook load, in which the change was seen", ["bend"]),
+])  # fmt: skip
+def test_next_best_is_no_name_where_the_best_explains_another_channel(gain, why, named):
+    gains = {"sine": gain, "bend": 100.0}
+    tried = [SimpleNamespace(effect=SimpleNamespace(name=name), gain=each) for name, each in gains.items()]
+    assert [each.effect.name for each in nameable(tried, {"sine": why})] == named
