@@ -39,7 +39,6 @@ _MAX_GROUP = 3
 SAME_AS_BEFORE = 1.25
 # A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
 _MOVED, _MIN_SHARE = 2.0, 0.02
-_ELSEWHERE = "does not explain the"
 _NO_SIZE = "its size is not significantly different from none"
 _MIN_SAMPLES = 100  # of a channel that counts by itself
 _BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
@@ -105,8 +104,8 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         seed: Of the bootstrap.
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
-    group = nameable(search.tried, refused)
+    refused = _refused(search)
+    group = _indistinguishable([each for each in search.tried if each.effect.name not in refused])
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
     named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
@@ -172,8 +171,6 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     # NaN where there is no difference to explain: that is no reason against it.
     if share_closed(unchanged**2, tried.gap**2) < _MIN_EXPLAINED:
         return f"explains less than {100.0 * _MIN_EXPLAINED:.0f} % of the difference"
-    if _explains_another_channel(tried, search):
-        return f"{_ELSEWHERE} {plain_name(search.seen_in or '')}, in which the change was seen"
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
@@ -214,22 +211,40 @@ def is_physical_and_material(tried: TriedChange) -> bool:
     return effect.is_physical(values) and effect.is_material(before, after)
 
 
-def nameable(tried: Sequence[TriedChange], refused: Mapping[str, str]) -> list[TriedChange]:
-    """The best candidate that may be named and those that explain nearly as much, best first.
+def _refused(search: ChangeSearch) -> dict[str, str]:
+    """Why a candidate may not be named, by its name."""
+    refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
+    supported = [each for each in search.tried if each.effect.name not in refused]
+    elsewhere = [each for each in supported if _explains_another_channel(each, search)]
+    return refused | refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))
 
-    None where another explains more, but not the channel in which the change was seen: then two things differ, or that
-    channel showed it by chance, and the next best is no better known.
+
+def refused_by_channel(
+    supported: Sequence[TriedChange], elsewhere: Sequence[TriedChange], channel: str
+) -> dict[str, str]:
+    """Why a candidate may not be named for the channel in which the change was seen, by its name.
+
+    Where one explains most, but not that channel, two things differ, or the channel showed it by chance: the next best
+    is no better known then.
 
     Args:
-        tried: The candidates.
-        refused: Why a candidate may not be named, by its name.
+        supported: Candidates that may be named but for the channel.
+        elsewhere: Those of them that do not explain the channel.
+        channel: Its name.
     """
-    supported = [each for each in tried if each.effect.name not in refused]
+    reasons = {each.effect.name: f"does not explain the {channel}, in which the change was seen" for each in elsewhere}
+    for most in elsewhere:
+        behind = f"{plain_name(most.effect.name)} explains more, but not the {channel}, in which the change was seen"
+        less = [each.effect.name for each in supported if each.gain < most.gain]
+        reasons = dict.fromkeys(less, behind) | reasons
+    return reasons
+
+
+def _indistinguishable(supported: Sequence[TriedChange]) -> list[TriedChange]:
+    """The best candidate and those that explain nearly as much, best first."""
     if not supported:
         return []
     best = max(supported, key=lambda each: each.gain)
-    if any(each.gain > best.gain and refused.get(each.effect.name, "").startswith(_ELSEWHERE) for each in tried):
-        return []
     margin = max(_SAME_GAIN, _SAME_SHARE * best.gain)
     return sorted((each for each in supported if each.gain >= best.gain - margin), key=lambda each: -each.gain)
 
