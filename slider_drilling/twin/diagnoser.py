@@ -8,6 +8,7 @@ from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
+from slider_drilling.twin.agreement import DiagnosedChange, agreed, diagnosed_change
 from slider_drilling.twin.ask import Ask, Windows, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.detections import DetectionLog
@@ -47,6 +48,7 @@ class Diagnoser:
         self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
+        self._diagnosed: dict[int, list[DiagnosedChange]] = {}  # answers so far, by number of the detection
         self.answer: dict[str, Any] | None = None
         self.answered: float | None = None
         self.error: str | None = None
@@ -138,13 +140,11 @@ class Diagnoser:
         if self._asked_for is None:
             return
         detection = self._log.detections[self._asked_for - 1]
+        earlier = self._diagnosed.setdefault(self._asked_for, [])
+        latest = diagnosed_change(answer)
+        change = agreed(earlier, latest)
+        earlier.append(latest)
         self._log.change(replace(
-            detection, effects=tuple(answer.get("effects", ())), suspected=suspected_names(answer),
-            verdict=answer.get("verdict"), answered=now, site=answer.get("site") or detection.site,
+            detection, effects=change.effects, suspected=change.suspected, verdict=change.verdict, answered=now,
+            site=change.site or detection.site,
         ))  # fmt: skip
-
-
-def suspected_names(answer: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the suspected effects of an answer: a list of names, or of objects with a name."""
-    return tuple(str(each.get("effect", each)) if isinstance(each, Mapping) else str(each)
-                 for each in answer.get("suspected", ()))  # fmt: skip

@@ -14,9 +14,10 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
+from slider_drilling.twin.agreement import DiagnosedChange, agreed, diagnosed_change
 from slider_drilling.twin.ask import windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
-from slider_drilling.twin.diagnoser import ASKED_AFTER_S, suspected_names
+from slider_drilling.twin.diagnoser import ASKED_AFTER_S
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.watch import reports_of
 
@@ -145,6 +146,7 @@ def _with_answers(
     """
     answers: list[TwinAnswer] = []
     replies: list[Reply] = []
+    diagnosed: list[DiagnosedChange] = []
     baseline: PickledBaseline | None = None
     first = next(second for second, all_then in enumerate(known) if len(all_then) >= detection.number)
     for after in ASKED_AFTER_S if asked else ():
@@ -155,7 +157,7 @@ def _with_answers(
         reply = _ask(log, then, now, baseline)
         baseline = reply.baseline or baseline
         replies.append(reply)
-        answers.append(_answer(reply, now))
+        answers.append(_answer(reply, now, diagnosed))
     low, high = detection.interval
     watched = WatchedDetection(
         detection.detected, detection.since, (low, high), detection.channel, detection.site, detection.kind,
@@ -179,15 +181,15 @@ def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaselin
     return reply
 
 
-def _answer(reply: Reply, asked: float) -> TwinAnswer:
-    """What a reply says that was asked at a time of the slide, s."""
-    answered, tree = reply.comes_at(asked), reply.tree
-    if tree is None:
+def _answer(reply: Reply, asked: float, earlier: list[DiagnosedChange]) -> TwinAnswer:
+    """What the twin makes of a reply that was asked for at a time of the slide, s; earlier: answers, which it joins."""
+    answered = reply.comes_at(asked)
+    if reply.tree is None:
         return TwinAnswer(answered, "failed", failure=reply.error or "")
-    group: list[str] = next((row["group"] for row in tree["ranking"] if row["in_answer"]), [])
-    return TwinAnswer(
-        answered, tree["verdict"], tuple(tree["effects"]), tuple(group), suspected_names(tree), tree["site"]
-    )
+    latest = diagnosed_change(reply.tree)
+    change = agreed(earlier, latest)
+    earlier.append(latest)
+    return TwinAnswer(answered, change.verdict, change.effects, change.group, change.suspected, change.site)
 
 
 def _resident_bytes() -> int:

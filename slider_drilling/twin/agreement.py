@@ -1,0 +1,58 @@
+"""What the diagnoses of one change agree on: each has more data than the one before, and may contradict it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class DiagnosedChange:
+    """What a diagnosis says of a change.
+
+    Attributes:
+        verdict: Of the diagnosis.
+        effects: Named.
+        group: What it cannot distinguish from the first of them.
+        suspected: Without a name.
+        site: Where it acts, None if unknown.
+    """
+
+    verdict: str
+    effects: tuple[str, ...] = ()
+    group: tuple[str, ...] = ()
+    suspected: tuple[str, ...] = ()
+    site: str | None = None
+
+
+def diagnosed_change(answer: Mapping[str, Any]) -> DiagnosedChange:
+    """What an answer says, as diagnosis.json has it."""
+    group = next((row["group"] for row in answer.get("ranking", ()) if row["in_answer"]), ())
+    # A list of names, or of objects with a name.
+    suspected = tuple(str(each.get("effect", each)) if isinstance(each, Mapping) else str(each)
+                      for each in answer.get("suspected", ()))  # fmt: skip
+    return DiagnosedChange(
+        answer.get("verdict", ""), tuple(answer.get("effects", ())), tuple(group), suspected, answer.get("site")
+    )
+
+
+def agreed(earlier: Sequence[DiagnosedChange], latest: DiagnosedChange) -> DiagnosedChange:
+    """The latest; without its names where no more diagnoses of the change agree with them than name something else.
+
+    Args:
+        earlier: Diagnoses of the same change.
+        latest: The last one.
+    """
+    naming = [each for each in (*earlier, latest) if each.effects]
+    against = [each for each in naming if not _held(each) & _held(latest)]
+    if not latest.effects or len(naming) > 2 * len(against):
+        return latest
+    names = (*latest.effects, *(name for each in against for name in each.effects), *latest.suspected)
+    site = latest.site if all(each.site == latest.site for each in against) else None
+    return DiagnosedChange("unknown", suspected=tuple(dict.fromkeys(names)), site=site)
+
+
+def _held(answer: DiagnosedChange) -> set[str]:
+    """Names that an answer holds possible as what it names."""
+    return {*answer.effects, *answer.group}
