@@ -40,17 +40,33 @@ def diagnosed_change(answer: Mapping[str, Any]) -> DiagnosedChange:
 def agreed(earlier: Sequence[DiagnosedChange], latest: DiagnosedChange) -> DiagnosedChange:
     """The latest; without its names where no more diagnoses of the change agree with them than name something else.
 
+    Of what it cannot distinguish it names what most diagnoses name.
+
     Args:
         earlier: Diagnoses of the same change.
         latest: The last one.
     """
     naming = [each for each in (*earlier, latest) if each.effects]
     against = [each for each in naming if not _held(each) & _held(latest)]
-    if not latest.effects or len(naming) > 2 * len(against):
+    if not latest.effects:
         return latest
+    if len(naming) > 2 * len(against):
+        return _named_as_by_most(naming, latest)
     names = (*latest.effects, *(name for each in against for name in each.effects), *latest.suspected)
     site = latest.site if all(each.site == latest.site for each in against) else None
     return DiagnosedChange("unknown", suspected=tuple(dict.fromkeys(names)), site=site)
+
+
+def _named_as_by_most(naming: Sequence[DiagnosedChange], latest: DiagnosedChange) -> DiagnosedChange:
+    alike = (latest.effects[0], *latest.group)
+    # The first of several as frequent ones: the latest's own.
+    best = max(alike, key=lambda name: sum(each.effects[0] == name for each in naming))
+    if best == latest.effects[0]:
+        return latest
+    site = next(each.site for each in naming if each.effects[0] == best)
+    others = tuple(name for name in alike if name != best)
+    suspected = tuple(dict.fromkeys((*others, *(name for name in latest.suspected if name != best))))
+    return DiagnosedChange(latest.verdict, (best, *latest.effects[1:]), others, suspected, site)
 
 
 def _held(answer: DiagnosedChange) -> set[str]:

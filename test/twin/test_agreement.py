@@ -17,6 +17,12 @@ def test_name_stands_if_most_diagnoses_agree_with_it(earlier, latest, effects):
     assert agreed(earlier, latest).effects == effects
 
 
+def test_of_what_is_alike_the_name_of_most_diagnoses_is_given():
+    assert agreed((_EITHER,), _EITHER) == _EITHER
+    most = agreed((_WASHOUT, _WASHOUT), _EITHER)
+    assert most == DiagnosedChange("effect", ("washout",), ("motor_wear",), ("motor_wear",), "hydraulics")
+
+
 def test_contradicted_names_are_suspected_and_their_site_is_unknown():
     change = agreed((_WASHOUT,), _MOTOR)
     assert change == DiagnosedChange("unknown", suspected=("motor_wear", "washout", "heave"))
