@@ -169,6 +169,29 @@ def test_moved_number_says_by_how_much():
     assert str(moved_clause("hook_load_offset", ChangedParameter(0.0, 8e3, (7e3, 9e3), "N"))).endswith("0 kN to 8.0 kN")
 
 
+@pytest.mark.parametrize("phase", [0.0, 1.6, 3.1])
+@pytest.mark.parametrize(("amplitude", "period", "at_ends"), [(0.1, 8.0, 0.0), (0.3, 14.0, 90.0), (0.5, 10.0, 90.0)])
+def test_block_that_follows_a_wave_is_no_operation(amplitude, period, at_ends, phase):
+    """A controller that compensates for heave moves the block as fast as a pick-up does, there and back.
+
+    At the ends of a log half a large wave may be a pick-up.
+    """
+    time, wave = np.arange(0.0, 400.0, 0.1), 2.0 * np.pi / period
+    speed = 0.003 + amplitude * wave * np.cos(wave * time + phase)
+    block = 0.003 * time + amplitude * np.sin(wave * time + phase)
+    calm = calm_times(Commands(time, 0.0 * time, 0.0 * time, block, speed, 12.0 + 0.0 * time))
+    assert calm[(time >= at_ends) & (time <= 400.0 - at_ends)].all()
+
+
+@pytest.mark.parametrize("operation", [(-0.05, 20.0), (0.1, 5.0), (-0.1, 40.0)])
+def test_pick_up_and_slack_off_are_operations_in_a_wave_too(operation):
+    moved, lasting = operation
+    time, wave = np.arange(0.0, 400.0, 0.1), 2.0 * np.pi / 10.0
+    speed = 0.1 * wave * np.cos(wave * time) + np.where((time >= 200.0) & (time < 200.0 + lasting), moved, 0.003)
+    calm = calm_times(Commands(time, 0.0 * time, 0.0 * time, np.cumsum(speed) * 0.1, speed, 12.0 + 0.0 * time))
+    assert not calm[(time > 205.0) & (time < 250.0)].any() and calm[time < 170.0].all() and calm[time > 320.0].all()
+
+
 def test_operations_are_left_out():
     time = np.arange(0.0, 400.0, 0.1)
     lifted = np.where((time > 100.0) & (time < 120.0), -0.1, 0.003)

@@ -17,6 +17,9 @@ from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.rig import Rig
 
 _FAST_BLOCK = 0.02  # m/s: drilling lowers the block ten times more slowly
+# s over which the block's speed is averaged: a jerk is no operation; nor, averaged twice over the longer one, are heave
+# and what compensates for it, which move the block fast, there and back.
+_JERK_S, _WAVE_S = 2.0, 20.0
 _PUMPS_OFF = 0.5  # of the usual speed
 # s before and after such a time that belong to it: the bit goes back to bottom and pressure settles.
 _BEFORE_S, _AFTER_S = 5.0, 60.0
@@ -70,9 +73,11 @@ def from_calm_start(log: RigLog, rig: Rig, longest: bool = False) -> RigLog:
 def calm_times(commands: Commands) -> NDArray[np.bool_]:
     """(n,) whether no operation moves the block fast or stops the pumps, by the samples of the commands."""
     usual = float(np.median(np.abs(commands.pump_speed)))
-    disturbed = np.abs(_smooth(commands.block_speed)) > _FAST_BLOCK
+    time, speed = commands.time, commands.block_speed
+    interval = float(np.median(np.diff(time)))
+    far = _mean(_mean(speed, _WAVE_S / interval), _WAVE_S / interval)
+    disturbed = (np.abs(_mean(speed, _JERK_S / interval)) > _FAST_BLOCK) & (np.abs(far) > _FAST_BLOCK)
     disturbed |= np.abs(commands.pump_speed) < _PUMPS_OFF * usual
-    time = commands.time
     begins, ends = time[disturbed] - _BEFORE_S, time[disturbed] + _AFTER_S
     calm = np.ones(time.size, dtype=bool)
     for begin, end in _joined(begins, ends):
@@ -91,6 +96,9 @@ def _joined(begins: Array, ends: Array) -> list[tuple[float, float]]:
     return joined
 
 
-def _smooth(values: Array, samples: int = 21) -> Array:
-    """Moving mean: heave and its compensation move the block fast for some seconds at a time."""
-    return np.convolve(np.pad(values, samples // 2, mode="edge"), np.ones(samples) / samples, mode="valid")
+def _mean(values: Array, samples: float) -> Array:
+    """Moving mean over about so many samples; at either end over what there is of them."""
+    window = np.ones(2 * round(0.5 * samples) + 1)
+    padded = len(window) // 2
+    sums, counts = (np.convolve(np.pad(each, padded), window, mode="valid") for each in (values, np.ones_like(values)))
+    return np.asarray(sums / counts)
