@@ -18,6 +18,7 @@ _BEFORE_S = 600.0  # of samples from before a change
 # s before the earliest time at which it can have begun; and share of the time since then until it was seen: what is
 # seen late grew slowly, and may have begun earlier than it looks.
 _MARGIN_S, _MARGIN_SHARE = 10.0, 0.4
+_LEAST_BEFORE_S = 300.0  # of samples, that the share leaves where the change began later
 _MIN_AFTER_S = 40.0
 
 
@@ -85,6 +86,7 @@ def windows_of_change(interval: tuple[float, float], seen: float, started: float
     """
     low, high = interval
     end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
+    end = max(end, min(low - _MARGIN_S, started + _LEAST_BEFORE_S))
     return Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
 
 
