@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import scheduler_option
-from slider_drilling.commands.options import json_option_with, print_json, print_listing, units_option, write_and_print
+from slider_drilling.commands.options import (
+    json_option_with,
+    print_json,
+    print_listing,
+    refuse_ignored,
+    units_option,
+    write_and_print,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.slide_scenarios import Scenario, ScenarioResult
@@ -177,8 +184,6 @@ def _known(every: bool, faults: bool) -> tuple[Scenario, ...]:
 
 def _refuse_ignored(slides: int | None, slide: int | None) -> None:
     """Raise InputError for an option that the kind of run would ignore."""
-    from slider_drilling.commands.options import refuse_ignored
-
     if slides is not None:
         kind, ignored = "with --campaign", {"only", "every", "slide"}
     elif slide is not None:

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
-from slider_drilling.commands.options import SEED, json_option, units_option_with, write_and_print
+from slider_drilling.commands.options import SEED, given_options, json_option, units_option_with, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.investigation.loop import Investigation, Recorder
@@ -130,14 +129,11 @@ def _refuse_ignored(where: str) -> None:
 
     source = where if where in (SEALED, ROS) else FOLDER
     taken = {"sealed_effects": SEALED, "size": SEALED, "effects": ROS, "drive_rig": ROS, "wait": FOLDER}
-    context = click.get_current_context()
-    for option in context.command.params:
-        if context.get_parameter_source(option.name or "") is not ParameterSource.COMMANDLINE:
-            continue
-        if taken.get(option.name or "", source) != source:
-            raise InputError(f"{option.opts[-1]}: only with --on {taken[option.name or '']}; leave it out")
-        if option.name == "output" and source == FOLDER:
-            raise InputError(f"{option.opts[-1]}: leave it out; with --on {where} all files are in that folder")
+    for name, flag in given_options().items():
+        if taken.get(name, source) != source:
+            raise InputError(f"{flag}: only with --on {taken[name]}; leave it out")
+        if name == "output" and source == FOLDER:
+            raise InputError(f"{flag}: leave it out; with --on {where} all files are in that folder")
 
 
 def _check_values(

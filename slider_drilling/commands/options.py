@@ -72,11 +72,19 @@ def refuse_ignored(kind: str, ignored: Iterable[str]) -> None:
     """
     from slider_drilling.errors import InputError
 
-    names, context = set(ignored), click.get_current_context()
-    for option in context.command.params:
-        is_given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
-        if option.name in names and is_given:
-            raise InputError(f"{option.opts[-1]}: has no meaning {kind}; leave it out")
+    names = set(ignored)
+    for name, flag in given_options().items():
+        if name in names:
+            raise InputError(f"{flag}: has no meaning {kind}; leave it out")
+
+
+def given_options() -> dict[str, str]:
+    """Flags of the options that the command line gives, by the names of their parameters."""
+    context = click.get_current_context()
+    return {
+        option.name: option.opts[-1] for option in context.command.params
+        if option.name and context.get_parameter_source(option.name) is ParameterSource.COMMANDLINE
+    }  # fmt: skip
 
 
 def print_json(tree: Mapping[str, Any]) -> None:

@@ -45,9 +45,14 @@ def settings_for(rig: Rig) -> FixedRockingSettings:
     length = sum(section.length for section in rig.string.sections)
     amplitude, period = _interpolate(length)
     pump_speed = rig.reference_pump_speed
-    needed = _ACCELERATION_MARGIN * 4.0 * amplitude / period / rig.top_drive.max_acceleration
-    rounding = min(max(FixedRockingSettings.rounding, needed), period / 6.0)
+    rounding = rounding_for(rig, amplitude, period)
     return FixedRockingSettings(amplitude=amplitude, period=period, rounding=rounding, pump_speed=pump_speed)
+
+
+def rounding_for(rig: Rig, amplitude: float, period: float) -> float:
+    """Half the width of a peak, s, that the top drive can follow at an amplitude, rad, and a period, s."""
+    needed = _ACCELERATION_MARGIN * 4.0 * amplitude / period / rig.top_drive.max_acceleration
+    return min(max(FixedRockingSettings.rounding, needed), period / 6.0)
 
 
 def _interpolate(length: float) -> tuple[float, float]:

@@ -39,7 +39,6 @@ _MAX_GROUP = 3
 SAME_AS_BEFORE = 1.25
 # A calibrated number has changed where it moved by so many standard deviations of what it may be, and by this share.
 _MOVED, _MIN_SHARE = 2.0, 0.02
-_NO_SIZE = "its size is not significantly different from none"
 _MIN_SAMPLES = 100  # of a channel that counts by itself
 _BLOCK_S, _RESAMPLES, _LEVEL = 20.0, 500, 0.95
 
@@ -160,7 +159,8 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
     if tried.gain < MIN_EVIDENCE:
         return "explains no more than chance and the model's own error may"
-    if only_wandered(search.calibrated) and largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE:
+    calibration_is_enough = largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE
+    if only_wandered(search.calibrated) and calibration_is_enough:
         return "calibrated numbers that have moved no farther than they wander explain the difference, too"
     if not tried.effect.is_physical(tried.fit.values):
         return f"its fitted value is not physical: it would be {tried.effect.nonphysical}"
@@ -174,8 +174,9 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
-    enough = largest_gap(search.problem, search.calibrated.residual) <= SAME_AS_BEFORE
-    return "" if differs_from_none(tried, SPREAD_OF_ANSWERS if enough else 1.0) else _NO_SIZE
+    if not differs_from_none(tried, SPREAD_OF_ANSWERS if calibration_is_enough else 1.0):
+        return "its size is not significantly different from none"
+    return ""
 
 
 def differs_from_none(tried: TriedChange, spread: float = 1.0) -> bool:

@@ -37,6 +37,20 @@ def diagnosed_change(answer: Mapping[str, Any]) -> DiagnosedChange:
     )
 
 
+class DiagnosesOfChange:
+    """The diagnoses of one change so far."""
+
+    def __init__(self) -> None:
+        self._earlier: list[DiagnosedChange] = []
+
+    def take(self, answer: Mapping[str, Any]) -> DiagnosedChange:
+        """Take one more answer, as diagnosis.json has it; what holds of it beside those before."""
+        latest = diagnosed_change(answer)
+        change = agreed(self._earlier, latest)
+        self._earlier.append(latest)
+        return change
+
+
 def agreed(earlier: Sequence[DiagnosedChange], latest: DiagnosedChange) -> DiagnosedChange:
     """The latest; without its names where no more diagnoses of the change agree with them than name something else.
 

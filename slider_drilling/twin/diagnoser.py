@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.twin.agreement import DiagnosedChange, agreed, diagnosed_change
+from slider_drilling.twin.agreement import DiagnosesOfChange
 from slider_drilling.twin.ask import Ask, Windows, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.detections import DetectionLog
@@ -48,7 +49,7 @@ class Diagnoser:
         self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
-        self._diagnosed: dict[int, list[DiagnosedChange]] = {}  # answers so far, by number of the detection
+        self._diagnosed: defaultdict[int, DiagnosesOfChange] = defaultdict(DiagnosesOfChange)  # by detection
         self.answer: dict[str, Any] | None = None
         self.answered: float | None = None
         self.error: str | None = None
@@ -140,10 +141,7 @@ class Diagnoser:
         if self._asked_for is None:
             return
         detection = self._log.detections[self._asked_for - 1]
-        earlier = self._diagnosed.setdefault(self._asked_for, [])
-        latest = diagnosed_change(answer)
-        change = agreed(earlier, latest)
-        earlier.append(latest)
+        change = self._diagnosed[self._asked_for].take(answer)
         self._log.change(replace(
             detection, effects=change.effects, suspected=change.suspected, verdict=change.verdict, answered=now,
             site=change.site or detection.site,

@@ -15,7 +15,6 @@ from slider_drilling.blind.slides.beginnings import CATALOGUE_CASES, NOTHING, OU
 from slider_drilling.blind.wells import DEFAULT_WELLS
 
 DURATION_S = 2400.0
-DRIVEN_BY = ("controller", "crew")
 # Of ten slides four have one of the six cases, three another effect, one something from outside, and two nothing.
 _KINDS = ("six", "catalogue", "none", "six", "outside", "six", "catalogue", "none", "six", "catalogue")
 _ONSET = (0.35, 0.6)  # share of the slide
@@ -77,7 +76,7 @@ def draw_slides(
         seed: Another seed gives other wells, rigs, operations, noise and effects.
         duration: s, of each.
         begins: What may begin, in turn; the usual mixture if empty.
-        driven_by: One of `DRIVEN_BY`.
+        driven_by: See `SlideCase`.
     """
     return [replace(case, driven_by=driven_by) for case in islice(_slides(seed, duration, begins), count)]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.control.fixed_rocking import FixedRockingSettings, settings_for
+from slider_drilling.control.fixed_rocking import FixedRockingSettings, rounding_for, settings_for
 from slider_drilling.rig import Rig
 
 _HELD_S = (80.0, 250.0, 800.0, 1e9)  # s, from one change of the rocking to the next; a crew keeps to one of these
@@ -34,9 +34,8 @@ def draw_rocking(generator: np.random.Generator, rig: Rig, duration: float) -> t
     while start < duration:
         amplitude = suited.amplitude * float(generator.uniform(*_AMPLITUDES))
         period = 4.0 * amplitude / float(generator.uniform(*_SPEEDS))
-        needed = 1.05 * 4.0 * amplitude / period / rig.top_drive.max_acceleration
         settings = replace(
-            suited, amplitude=amplitude, period=period, rounding=max(needed, 0.25), shift_gain=gain,
+            suited, amplitude=amplitude, period=period, rounding=rounding_for(rig, amplitude, period), shift_gain=gain,
             block_speed=float(generator.uniform(*_BLOCK_SPEEDS)),
         )  # fmt: skip
         changes.append(RockingChange(start, settings))

@@ -14,7 +14,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
-from slider_drilling.twin.agreement import DiagnosedChange, agreed, diagnosed_change
+from slider_drilling.twin.agreement import DiagnosesOfChange
 from slider_drilling.twin.ask import windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.diagnoser import ASKED_AFTER_S
@@ -146,7 +146,7 @@ def _with_answers(
     """
     answers: list[TwinAnswer] = []
     replies: list[Reply] = []
-    diagnosed: list[DiagnosedChange] = []
+    diagnosed = DiagnosesOfChange()
     baseline: PickledBaseline | None = None
     first = next(second for second, all_then in enumerate(known) if len(all_then) >= detection.number)
     for after in ASKED_AFTER_S if asked else ():
@@ -181,14 +181,12 @@ def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaselin
     return reply
 
 
-def _answer(reply: Reply, asked: float, earlier: list[DiagnosedChange]) -> TwinAnswer:
-    """What the twin makes of a reply that was asked for at a time of the slide, s; earlier: answers, which it joins."""
+def _answer(reply: Reply, asked: float, diagnosed: DiagnosesOfChange) -> TwinAnswer:
+    """What the twin makes of a reply that was asked for at a time of the slide, s."""
     answered = reply.comes_at(asked)
     if reply.tree is None:
         return TwinAnswer(answered, "failed", failure=reply.error or "")
-    latest = diagnosed_change(reply.tree)
-    change = agreed(earlier, latest)
-    earlier.append(latest)
+    change = diagnosed.take(reply.tree)
     return TwinAnswer(answered, change.verdict, change.effects, change.group, change.suspected, change.site)
 
 
