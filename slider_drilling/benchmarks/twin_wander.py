@@ -26,7 +26,7 @@ from slider_drilling.twin.change_statistic import Uncertainty, Wander, covarianc
 from slider_drilling.twin.detector import Alarm, ChangeDetector
 from slider_drilling.twin.feature_means import FeatureSeries, means_of
 from slider_drilling.twin.feed import LogFeed
-from slider_drilling.twin.wander import WANDERS
+from slider_drilling.twin.wander import WANDERS, comparisons
 from slider_drilling.twin.watch import reports_of
 
 # Number -> lower and upper bound.
@@ -116,9 +116,10 @@ def main(paths: Sequence[str]) -> None:
     """Print a row of the table for every feature."""
     detectors = [found for path in paths if (found := watched(read_log(Path(path)))) is not None]
     for (channel, kind), wander in WANDERS.items():
+        key = (comparisons("rocking", channel, kind)[0], channel, kind)
         slides = [
-            (series, each.uncertain) for each in detectors if (channel, kind) in each.watched("rocking")
-            and (series := each.series("rocking", channel, kind)).time.size >= _MIN_VALUES
+            (series, each.uncertain) for each in detectors if key in each.watched("rocking")
+            and (series := each.series(key)).time.size >= _MIN_VALUES
         ]  # fmt: skip
         fitted = fit_wander(slides, wander)
         hours = sum(float(series.time[-1] - series.time[0]) for series, _ in slides) / 3600.0

@@ -48,7 +48,7 @@ class Wander:
         values: Of the feature, one every five seconds, that make a mean.
         before: Means that are needed before a change.
         freedom: Means that the size of the wander, as other rigs show it, counts as.
-        within: Whether a change within one stretch counts: ``any``, a ``fall`` only, or ``none``.
+        within: Whether a change within one stretch counts.
     """
 
     white: float
@@ -65,11 +65,14 @@ class Wander:
     values: int = 12
     before: int = 3
     freedom: float = 4.0
-    within: str = "any"
+    within: bool = True
 
     def exceeded_by(self, change: FeatureChange) -> bool:
-        """Whether a change is more than happens without one, and worth a detection."""
-        counts = change.in_operation or self.within == "any" or (self.within == "fall" and change.size < 0.0)
+        """Whether a change is more than happens without one, and worth a detection.
+
+        What rises while the bit is off bottom may be the bit that touches.
+        """
+        counts = change.in_operation or (self.within and not (change.unloaded and change.size > 0.0))
         return counts and change.evidence >= self.threshold and abs(change.size) >= self.smallest
 
 
@@ -97,6 +100,7 @@ class FeatureChange:
         kind: ``step`` or ``ramp``.
         size: The largest so far, noise levels, signed.
         in_operation: Whether it may have begun between two stretches of work.
+        unloaded: Whether the bit was off bottom when it began.
     """
 
     evidence: float
@@ -105,6 +109,7 @@ class FeatureChange:
     kind: str
     size: float
     in_operation: bool
+    unloaded: bool = False
 
 
 def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wander) -> FeatureChange | None:
@@ -135,6 +140,7 @@ def likeliest_change(series: FeatureSeries, uncertain: Uncertainty, wander: Wand
     return FeatureChange(
         float(evidence[best]), since, interval, "ramp" if begins.size <= best < 2 * begins.size else "step",
         float(shape[np.argmax(np.abs(shape))]), _touches_operation(series, interval),
+        bool(series.load[min(int(np.searchsorted(series.time, since)), series.time.size - 1)] == 0.0),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from slider_drilling.twin.change_statistic import FeatureChange, Uncertainty, li
 from slider_drilling.twin.feature_means import FeatureSeries
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
-from slider_drilling.twin.wander import wander_of
+from slider_drilling.twin.wander import PUMPING, comparisons, wander_of
 
 MEMORY_S = 1800.0
 """s for which values of work are kept."""
@@ -23,7 +23,7 @@ _OFF_BOTTOM_MEMORY_S, _MOST_VALUES = 14400.0, 360
 _CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
 Key = tuple[str, str, str]
-"""Mode of the work, channel and kind of a feature."""
+"""Kind of work (`wander.comparisons`), channel and kind of a feature."""
 
 
 @dataclass(frozen=True)
@@ -78,16 +78,23 @@ class ChangeDetector:
             return
         for feature in found:
             block_moves = feature.channel == "hook_load" and activity.circulating and not activity.hanging
-            if wander_of(activity.mode, feature.channel, feature.kind) is None or block_moves:
+            if block_moves:
                 continue
-            series = self._series.setdefault((activity.mode, feature.channel, feature.kind), deque())
-            series.append(_Value(
-                time, feature.value, activity.stretch, activity.stretch_start, activity.period, activity.load,
-                activity.steering, activity.swing, activity.pace, feature.sensitivity,
-            ))  # fmt: skip
-            kept = _OFF_BOTTOM_MEMORY_S if activity.mode == OFF_BOTTOM else MEMORY_S
-            while series[0].time < time - kept or len(series) > _MOST_VALUES:
-                series.popleft()
+            value = _Value(
+                time, feature.value, activity.stretch, activity.stretch_start, activity.period,
+                0.0 if activity.circulating else activity.load, activity.steering, activity.swing, activity.pace,
+                feature.sensitivity,
+            )  # fmt: skip
+            for work in comparisons(activity.mode, feature.channel, feature.kind):
+                if wander_of(work, feature.channel, feature.kind) is not None:
+                    self._keep((work, feature.channel, feature.kind), value)
+
+    def _keep(self, key: Key, value: _Value) -> None:
+        series = self._series.setdefault(key, deque())
+        series.append(value)
+        kept = _OFF_BOTTOM_MEMORY_S if key[0] == OFF_BOTTOM else MEMORY_S
+        while series[0].time < value.time - kept or len(series) > _MOST_VALUES:
+            series.popleft()
 
     def recalibrated(self, moved: Array, uncertain: Uncertainty) -> ChangeDetector:
         """The same values, as they would be with other parameters of the plant.
@@ -109,36 +116,36 @@ class ChangeDetector:
             while series and series[0].time < until:
                 series.popleft()
 
-    def watched(self, mode: str) -> list[tuple[str, str]]:
-        """(channel, kind) of the features so far in work of a mode."""
-        return [(channel, kind) for own, channel, kind in self._series if own == mode]
+    def watched(self, mode: str) -> list[Key]:
+        """The features so far that work of a mode may show a change of."""
+        return [key for key in self._series if key[0] in (mode, PUMPING)]
 
-    def change(self, mode: str, channel: str, kind: str) -> FeatureChange | None:
+    def change(self, key: Key) -> FeatureChange | None:
         """The likeliest change of one feature, whether or not it is significant."""
-        wander = wander_of(mode, channel, kind)
-        if wander is None or not self._series[mode, channel, kind]:
+        wander = wander_of(*key)
+        if wander is None or not self._series[key]:
             return None
-        return likeliest_change(self.series(mode, channel, kind), self.uncertain, wander)
+        return likeliest_change(self.series(key), self.uncertain, wander)
 
-    def series(self, mode: str, channel: str, kind: str) -> FeatureSeries:
+    def series(self, key: Key) -> FeatureSeries:
         """What is kept of a feature, one value or more."""
-        values = self._series[mode, channel, kind]
+        values = self._series[key]
         return FeatureSeries(
             **{field.name: np.array([getattr(each, field.name) for each in values]) for field in fields(FeatureSeries)}
         )
 
-    def test(self, mode: str, channel: str, kind: str, complete: bool = False) -> Alarm | None:
+    def test(self, key: Key, complete: bool = False) -> Alarm | None:
         """An alarm if the feature has shown a change for some time, beyond what happens by chance.
 
         Args:
-            mode, channel, kind: Of the feature.
+            key: Of the feature.
             complete: Whether the stretch of work is over, and need not show it longer.
         """
-        key, change, wander = (mode, channel, kind), self.change(mode, channel, kind), wander_of(mode, channel, kind)
+        change, wander = self.change(key), wander_of(*key)
         if change is None or wander is None or not wander.exceeded_by(change):
             self._shown_since.pop(key, None)
             return None
         now = self._series[key][-1].time
         if not complete and now - self._shown_since.setdefault(key, now) < _CONFIRMED_S:
             return None
-        return Alarm(now, channel, kind, change)
+        return Alarm(now, *key[1:], change)

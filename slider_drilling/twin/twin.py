@@ -308,11 +308,10 @@ class Twin:
             return
         if activity.comparable:
             watched = detector.watched(activity.mode)[self._seconds % _FEATURES_EVERY :: _FEATURES_EVERY]
-            self._take_alarms((detector.test(activity.mode, channel, kind) for channel, kind in watched), now)
+            self._take_alarms(map(detector.test, watched), now)
         if activity.circulation_known:
             ended = activity.mode != OFF_BOTTOM
-            watched = detector.watched(OFF_BOTTOM)
-            self._take_alarms((detector.test(OFF_BOTTOM, channel, kind, ended) for channel, kind in watched), now)
+            self._take_alarms((detector.test(key, ended) for key in detector.watched(OFF_BOTTOM)), now)
         since = self._log.settled_change(now)
         if since is not None:
             detector.forget(since)

@@ -76,22 +76,33 @@ WANDERS = {
 CIRCULATING = {
     ("hook_load", "spread"): Wander(
         white=0.1, slow=0.05, memory=340, drift=0.05, jump=0.1, fresh=0.0, weighed=0.0, steered=0.0, swung=0.0,
-        threshold=8.0, smallest=0.3, values=3, before=1, freedom=20.0, within="none",
+        threshold=8.0, smallest=0.3, values=3, before=1, freedom=20.0, within=False,
     ),
     ("standpipe_pressure", "mean"): Wander(
         white=0.2, slow=1.5, memory=1000, drift=0.5, jump=1.4, fresh=0.0, weighed=0.0, steered=0.0, swung=0.0,
-        threshold=7.5, smallest=3.0, values=3, before=1, freedom=20.0, within="fall",
+        threshold=7.5, smallest=3.0, values=3, before=1, freedom=20.0,
     ),
     ("standpipe_pressure", "spread"): Wander(
         white=0.08, slow=0.01, memory=340, drift=0.01, jump=0.06, fresh=0.0, weighed=0.0, steered=0.0, swung=0.0,
-        threshold=15.0, smallest=0.3, values=3, before=1, freedom=20.0, within="none",
+        threshold=15.0, smallest=0.3, values=3, before=1, freedom=20.0, within=False,
     ),
 }  # fmt: skip
 
 
-def wander_of(mode: str, channel: str, kind: str) -> Wander | None:
-    """How a feature moves in a mode of work (`activity.Activity.mode`); None where it is not watched there."""
-    return (CIRCULATING if mode == OFF_BOTTOM else WANDERS).get((channel, kind))
+PUMPING = "the pump is on"
+"""Name of all work with the pump on, through which the mean pressure is compared: on bottom, off it, and both."""
+
+
+def comparisons(mode: str, channel: str, kind: str) -> tuple[str, ...]:
+    """Names of the kinds of work whose values of a feature are compared with those of a mode (`activity.Activity`)."""
+    if (channel, kind) != ("standpipe_pressure", "mean"):
+        return (mode,)
+    return (OFF_BOTTOM, PUMPING) if mode == OFF_BOTTOM else (PUMPING,)
+
+
+def wander_of(work: str, channel: str, kind: str) -> Wander | None:
+    """How a feature moves in a kind of work (`comparisons`); None where it is not watched there."""
+    return (CIRCULATING if work == OFF_BOTTOM else WANDERS).get((channel, kind))
 
 
 def parameter_wanders(names: Sequence[str]) -> Array:

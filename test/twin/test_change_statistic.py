@@ -103,12 +103,13 @@ def test_rig_that_wanders_little_shows_smaller_changes():
     assert _change(calm, small).evidence > 1.5 * _change(series, small).evidence
 
 
-@pytest.mark.parametrize(("within", "size", "counts"), [
-    ("any", 3.0, True), ("fall", 3.0, False), ("fall", -3.0, True), ("none", -3.0, False),
+@pytest.mark.parametrize(("within", "load", "size", "counts"), [
+    (True, 0.5, 3.0, True), (True, 0.0, 3.0, False), (True, 0.0, -3.0, True), (False, 0.5, -3.0, False),
 ])  # fmt: skip
-def test_change_within_a_stretch_counts_where_nothing_else_makes_one(within, size, counts):
+def test_change_within_a_stretch_counts_where_nothing_else_makes_one(within, load, size, counts):
+    """Off bottom a rise may be the bit that touches."""
     series = _series(0)
-    change = _change(series, size * _step(series, 600.0))
+    change = _change(replace(series, load=np.full(series.time.size, load)), size * _step(series, 600.0))
     assert not change.in_operation
     assert replace(_WANDER, within=within).exceeded_by(change) == counts
 

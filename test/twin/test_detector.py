@@ -7,6 +7,7 @@ from slider_drilling.twin.activity import OFF_BOTTOM, Activity
 from slider_drilling.twin.change_statistic import Uncertainty
 from slider_drilling.twin.detector import ChangeDetector
 from slider_drilling.twin.features import Feature
+from slider_drilling.twin.wander import PUMPING
 
 _PRESSURE = (OFF_BOTTOM, "standpipe_pressure", "mean")
 _OFF = Activity(
@@ -31,26 +32,26 @@ def _detector(levels, apart=600.0):
 
 
 def test_pressure_lost_between_two_stretches_off_bottom_is_a_change():
-    alarm = _detector([3.0, -17.0]).test(*_PRESSURE, complete=True)
+    alarm = _detector([3.0, -17.0]).test(_PRESSURE, complete=True)
     assert alarm.kind == "mean" and alarm.change.in_operation
     assert 55.0 < alarm.change.since < 600.0 and abs(alarm.change.size + 20.0) < 4.0
 
 
 def test_pressure_lost_between_two_connections_is_a_change():
-    assert _detector([3.0, -27.0], apart=5400.0).test(*_PRESSURE, complete=True) is not None
+    assert _detector([3.0, -27.0], apart=5400.0).test(_PRESSURE, complete=True) is not None
 
 
 def test_long_circulation_keeps_as_many_values_as_work():
     detector = _detector([3.0])
     for second in range(60, 7200, 5):
         detector.add(float(second), _OFF, [Feature(*_PRESSURE[1:], 3.0, np.array([2.0]))])
-    assert detector.series(*_PRESSURE).time.size == 360
+    assert detector.series(_PRESSURE).time.size == 360
 
 
 def test_change_that_has_just_shown_waits_unless_the_stretch_is_over():
     detector = _detector([3.0, -17.0])
-    assert detector.test(*_PRESSURE) is None
-    assert detector.test(*_PRESSURE, complete=True) is not None
+    assert detector.test(_PRESSURE) is None
+    assert detector.test(_PRESSURE, complete=True) is not None
 
 
 def test_bit_that_touches_bottom_before_the_twins_is_no_change():
@@ -59,8 +60,8 @@ def test_bit_that_touches_bottom_before_the_twins_is_no_change():
     touching = replace(_OFF, stretch=1, stretch_start=600.0)
     for second in range(60, 120, 5):
         detector.add(600.0 + second, touching, [Feature("standpipe_pressure", "mean", 15.0, np.array([2.0]))])
-    assert detector.change(*_PRESSURE).evidence > 10.0
-    assert detector.test(*_PRESSURE, complete=True) is None
+    assert detector.change(_PRESSURE).evidence > 10.0
+    assert detector.test(_PRESSURE, complete=True) is None
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -70,22 +71,45 @@ def test_pressure_that_falls_off_bottom_is_a_change_within_one_stretch(sign):
     for second in range(60, 160, 5):
         value = 3.0 + sign * 0.05 * (second - 60)
         detector.add(float(second), replace(_OFF, stretch=0), [Feature(*_PRESSURE[1:], value, np.array([2.0]))])
-    alarm = detector.test(*_PRESSURE, complete=True)
+    alarm = detector.test(_PRESSURE, complete=True)
     assert (alarm is not None) == (sign < 0.0)
 
 
+def _drilled_then_off_bottom(pressure):
+    """Ten minutes of rocking at a pressure of 1, then off bottom at another one."""
+    detector = ChangeDetector(Uncertainty(np.zeros((1, 1)), np.zeros((1, 1))))
+    random = np.random.default_rng(0)
+    rocking = replace(_OFF, mode="rocking", period=20.0, comparable=True, circulating=False, load=0.8)
+    for second in range(0, 720, 5):
+        work = rocking if second < 600 else replace(_OFF, stretch=2, stretch_start=640.0)
+        level = (1.0 if second < 600 else pressure) + 0.1 * random.normal()
+        if second < 600 or second >= 655:
+            detector.add(float(second), work, [Feature(*_PRESSURE[1:], level, np.array([2.0]))])
+    return detector.test((PUMPING, *_PRESSURE[1:]), complete=True)
+
+
+def test_pressure_lost_as_the_bit_leaves_bottom_is_a_change():
+    alarm = _drilled_then_off_bottom(-40.0)
+    assert alarm.change.in_operation and alarm.change.size < -20.0
+
+
+def test_model_error_of_the_motors_pressure_is_no_change():
+    assert _drilled_then_off_bottom(-7.0) is None
+
+
 def test_warmer_mud_is_no_change():
-    assert _detector([3.0, -1.0]).test(*_PRESSURE, complete=True) is None
+    assert _detector([3.0, -1.0]).test(_PRESSURE, complete=True) is None
 
 
 def test_hook_load_is_watched_off_bottom_while_the_string_hangs_still():
     detector = _detector([3.0])
-    assert set(detector.watched(OFF_BOTTOM)) == {("standpipe_pressure", "mean"), ("hook_load", "spread")}
-    assert detector.series(OFF_BOTTOM, "hook_load", "spread").time.size == 6
+    hook_load = (OFF_BOTTOM, "hook_load", "spread")
+    assert set(detector.watched(OFF_BOTTOM)) == {_PRESSURE, (PUMPING, *_PRESSURE[1:]), hook_load}
+    assert detector.series(hook_load).time.size == 6
 
 
 def test_what_was_seen_before_calibration_counts_after_it():
     before = _detector([3.0])
     after = before.recalibrated(np.array([1.5]), before.uncertain)
-    moved = before.series(*_PRESSURE).value - after.series(*_PRESSURE).value
+    moved = before.series(_PRESSURE).value - after.series(_PRESSURE).value
     assert np.allclose(moved, 3.0)
