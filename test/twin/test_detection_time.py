@@ -14,10 +14,10 @@ def test_detected_is_the_second_that_first_shows_it(request, monkeypatch, age):
     rig = load_rig(request.config.rootpath / "config" / "rig.short.yaml")
     twin = Twin(rig, TwinSettings(learning=60.0, forecast=0.0))
 
-    def alarm(detector, mode, channel, kind, complete=False):
+    def alarm(detector, key, complete=False):
         at = twin._seconds - 0.1 - age  # of the last value, some seconds before it is tested
         change = FeatureChange(50.0, at - 20.0, (at - 25.0, at - 15.0), "step", 4.0, "sudden")
-        return Alarm(at, channel, kind, change)
+        return Alarm(at, *key[1:], change)
 
     monkeypatch.setattr(ChangeDetector, "test", alarm)
     for second in range(220):

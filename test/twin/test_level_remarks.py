@@ -25,7 +25,7 @@ def _stream(rig, seconds=70):
     strokes = rig.reference_pump_speed * 60.0 / (2.0 * np.pi)
     for second in range(seconds):
         rpm = 25.0 * np.sin(2.0 * np.pi * second / 20.0)
-        items = {"0105": "261127", "0106": f"12{second // 60:02d}{second % 60:02d}", "0118": round(0.02 * rpm, 3),
+        items = {"0105": "261127", "0106": f"12{second // 60:02d}{second % 60:02d}", "0118": round(0.1 * rpm, 3),
                  "0120": round(rpm, 2), "0114": round(hook, 1), "0121": round(pressure, 1), "0112": 80.0,
                  "0123": round(strokes, 1)}  # fmt: skip
         yield "&&\r\n" + "".join(f"{item}{value}\r\n" for item, value in items.items()) + "!!\r\n"
