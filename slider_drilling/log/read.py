@@ -83,12 +83,13 @@ def _read(
     rig_text, rig_source = _rig(source, rig_path, readers, notes)
     programme, _ = _attached_text(PROGRAMME, source, readers, notes)
     log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
+    unreadable = {key: printable(why) for key, why in collector.missing(chosen).items()}
     record = _metadata(readers, RECORD)
     imported = ImportRecord.from_metadata(record) if record else None
     # What is wrong with a rig file that is not used concerns nobody.
     replaced = None if rig_path is None else _attached_text("rig.yaml", source, readers, [])[0]
     return mask_impossible_values(
-        replace(log, programme_text=programme, imported=imported, replaced_rig_text=replaced)
+        replace(log, programme_text=programme, imported=imported, replaced_rig_text=replaced, unreadable=unreadable)
     )
 
 

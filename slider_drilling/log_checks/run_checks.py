@@ -75,7 +75,7 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
         InputError: The log holds no top drive, so that nothing drives the plant.
     """
     if log.top_drive is None:
-        raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
+        raise InputError(log.lack_of_top_drive("drives the plant"))
     stamps = [*check_time_stamps(log, rig), *check_import(log)]
     if _any_unusable(stamps):
         return LogChecks(log, tuple(stamps))
