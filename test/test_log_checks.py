@@ -18,6 +18,7 @@ from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.find_nulls import find_nulls, mask_shared_nulls
 from slider_drilling.log.import_record import ImportRecord, IntegratedQuantity
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log.value_limits import mask_impossible_values
@@ -250,6 +251,27 @@ def test_nulls_in_a_recorded_log_are_masked(log, rig, null, unit):
     assert rows_of(checked)["nulls"] == (
         "noted", f"hook load: 3 of 800 samples are {null:g} {unit}, the first at 5.0 s: taken as no value"
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("array", "unit"), [("effort", "N m"), ("effort", "ft lbf"), ("position", "deg")])
+def test_a_null_of_one_channel_is_a_null_of_the_others(log, rig, array, unit):
+    """It stands among the readings of the other channel, where only the first one shows what it is."""
+    null = -999.25 * next(units[unit] for units in KINDS.values() if unit in units)
+
+    def filled(values, number=null):
+        values[[50, 300]] = number
+        return values
+
+    alone = changed(log, "top_drive", **{array: filled})
+    assert not find_nulls(alone)
+    both = changed(alone, "draw_works", effort=lambda load: filled(load, -999.25e3))
+    masked = mask_shared_nulls(both)
+    assert np.flatnonzero(np.isnan(getattr(masked.top_drive, array))).tolist() == [50, 300]
+    label = {"effort": "surface torque", "position": "top drive angle"}[array]
+    assert masked.notes == (
+        f"{label}: 2 of 800 samples are -999.25 {unit}, a null as in hook load, the first at 5.0 s: left out",
+    )
+    assert f"2 of 800 samples are -999.25 {unit}, a null as in hook load" in rows_of(check_log(both, rig))["nulls"][1]
 
 
 def test_lost_signs_are_unusable(log, rig):
