@@ -194,16 +194,22 @@ def test_other_rigs_file_is_unusable(log, rig):
     assert "standpipe_pressure" in error_of(log, wide)
 
 
-@pytest.mark.parametrize(
-    ("true", "taken"),
-    # MPa taken for kPa is as far off as kPa that was never converted.
-    [pair for pair in itertools.permutations(("psi", "bar", "MPa", "kPa"), 2) if pair != ("MPa", "kPa")],
-)
+@pytest.mark.parametrize(("true", "taken"), [*itertools.permutations(("psi", "bar", "MPa", "kPa"), 2)])
 def test_unit_taken_for_another_is_named(log, rig, true, taken):
     factor = KINDS["pressure"][taken] / KINDS["pressure"][true]
     text = error_of(changed(log, "standpipe_pressure", value=lambda x: factor * x), rig)
     assert f"{true} that was imported as {taken}" in text
     assert "mud_pump" not in text, "the pump is right"
+
+
+@pytest.mark.parametrize(("true", "taken"), [*itertools.permutations(("Pa", "psi", "bar", "MPa", "kPa"), 2)])
+def test_of_an_imported_table_only_the_unit_that_explains_the_level_is_named(log, rig, true, taken):
+    factor = KINDS["pressure"][taken] / KINDS["pressure"][true]
+    wrong = changed(log, "standpipe_pressure", value=lambda x: factor * x)
+    text = error_of(replace(wrong, imported=ImportRecord(units={"standpipe_pressure": taken})), rig)
+    looks = text.partition("looks like ")[2] or text.partition("either it is in ")[2]
+    named, told, _ = looks.partition(f" that was imported as {taken}")
+    assert told and true in named.split(" or ") and taken not in named.split(" or ")
 
 
 @pytest.mark.parametrize("steady", [False, True])
