@@ -47,7 +47,7 @@ def map_in_processes(function: Callable[..., T], calls: Iterable[tuple[object, .
     def run(call: tuple[object, ...]) -> T:
         worker = free.get()
         try:
-            return worker.call(function, call)  # type: ignore[no-any-return]
+            return worker.call(function, call)
         finally:
             free.put(worker)  # after a failure, too: a thread that waits for it would keep the program from ending
 
