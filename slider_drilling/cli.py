@@ -17,6 +17,7 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.console.results import reserve_until_exit
 from slider_drilling.errors import InputError
+from slider_drilling.files.output_files import remove_empty_folders
 from slider_drilling.process.environment_variables import check_variables
 from slider_drilling.process.shutdown import (
     caused_by_signal,
@@ -141,8 +142,9 @@ def group() -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Print a message as one line on stderr and exit with a code."""
+    """Print a message as one line on stderr and exit with a code; folders that were made and are empty are removed."""
     restore_default_handlers()
+    remove_empty_folders()
     line = printable(" ".join(message.split()))
     if len(line) > MAX_ERROR_LENGTH:
         line = f"{line[: MAX_ERROR_LENGTH // 2]} ... {line[-MAX_ERROR_LENGTH // 2 :]}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slider_drilling.units import KINDS
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 # Numbers that exporters write for "no value".
 _NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
@@ -61,9 +62,21 @@ def nulls_of_other_columns(columns: Mapping[str, Array], found: Mapping[str, Seq
         for name in columns.keys() - owners:
             same = columns[name] == null
             others = columns[name][np.isfinite(columns[name]) & ~same]
-            if np.any(same & rows) or (same.any() and is_null_like(null) and _lies_outside(null, others)):
+            if is_null_of_others(null, same, others, rows) and (np.any(same & rows) or is_null_like(null)):
                 shared.setdefault(name, set()).add(null)
     return shared
+
+
+def is_null_of_others(value: float, same: Mask, others: Array, beside: Mask) -> bool:
+    """Whether a null of other columns is one of a column whose own values leave it in doubt.
+
+    Args:
+        value: The null in this column.
+        same: Where it stands, (n,).
+        others: All other values of the column, (m,).
+        beside: Where another column has the null, (n,).
+    """
+    return bool(np.any(same & beside)) or (bool(same.any()) and _lies_outside(value, others))
 
 
 def _lies_outside(value: float, others: Array) -> bool:
@@ -108,11 +121,11 @@ def is_null_like(value: float) -> bool:
     return _NULL_LIKE.fullmatch(f"{value:.10g}") is not None or abs(value) >= 1e29
 
 
-def null_in_some_unit(value: float, unit: str) -> str:
-    """The null and its unit that give a value in SI; empty where none does."""
+def null_in_some_unit(value: float, unit: str) -> tuple[float, str] | None:
+    """The null and its unit that give a value in SI; None where none does."""
     kinds = [units for units in KINDS.values() if next(iter(units)) == unit] or [{unit: 1.0}]
     for units in kinds:
         for name, factor in units.items():
             if factor > 0.0 and is_null_like(value / factor):
-                return f"{value / factor:.10g} {name}"
-    return ""
+                return float(f"{value / factor:.10g}"), name
+    return None

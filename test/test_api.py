@@ -9,6 +9,7 @@ import importlib
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -259,6 +260,32 @@ def test_invalid_run_arguments_are_refused(rig: sd.Rig, changed: dict[str, objec
     asked = {"rig": rig, "duration": 10.0, "elements": ELEMENTS, **changed}
     with pytest.raises(sd.InputError, match=said):
         sd.simulate(asked.pop("rig"), "slider_drilling.control:SlideController", **asked)
+
+
+@pytest.mark.parametrize("kind", [sd.PlanTestOptions, sd.PlanOptions, sd.TwinSettings])
+def test_an_option_of_another_kind_is_refused(kind: Any) -> None:
+    for name in kind.__dataclass_fields__:
+        with pytest.raises(sd.InputError, match=rf"^\w+: {name} = 'a': expected [^\n]*$"):
+            kind(**{name: "a"})
+
+
+@pytest.mark.parametrize(("call", "argument", "value"), [
+    (lambda run, **given: sd.diagnose(run, **given), "until", "a"),
+    (lambda run, **given: sd.diagnose(run, **given), "seed", 0.5),
+    (lambda run, **given: sd.diagnose(run, **given), "since", "b"),
+    (lambda run, **given: sd.analyse(run, **given), "elements", "a"),
+    (lambda run, **given: sd.replay(run, **given), "elements", [1]),
+    (lambda run, **given: sd.watch(run, **given), "settings", "a"),
+    (lambda run, **given: sd.torque_drag(run.rig, **given), "frictions", ["a"]),
+    (lambda run, **given: sd.rocking_plan(run.rig, **given), "depths", "a"),
+    (lambda run, **given: sd.rocking_plan(run.rig, **given), "options", "a"),
+    (lambda run, **given: sd.plan_test(run.rig, **given), "options", {"minutes": 5.0}),
+    (lambda run, **given: sd.closed_loop(**given), "workers", "a"),
+    (lambda run, **given: sd.closed_loop(**given), "settings", "a"),
+])  # fmt: skip
+def test_an_argument_of_another_kind_is_refused(run: sd.Run, call: Any, argument: str, value: object) -> None:
+    with pytest.raises(sd.InputError, match=rf"^\w+: {argument} = [^\n]*$"):
+        call(run, **{argument: value})
 
 
 def test_commands_longer_than_friction_drift_are_refused(rig: sd.Rig) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from fork_server import run_cli
 
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
@@ -72,6 +73,18 @@ def test_output_that_is_an_input_is_refused_first(arguments: str) -> None:
 def test_unwritable_output_is_refused_first(arguments: str) -> None:
     with pytest.raises(InputError, match=r"cannot (write this file|make this folder)"):
         group.main(arguments.split(), standalone_mode=False)
+
+
+@pytest.mark.parametrize("arguments", [
+    "diagnose none.mcap -o new/deep", "analyse none.mcap -o new", "torque-drag --survey none.csv -o new",
+    "rocking-plan --rig none.yaml -o new", "plan-test --rig none.yaml -o new", "activities none.mcap -o new",
+    "closed-loop --controller none:None --only hold -o new", "diagnose none.mcap none_2.mcap -o new",
+])  # fmt: skip
+def test_a_refused_command_leaves_no_folder(tmp_path: Path, arguments: str) -> None:
+    before = sorted(tmp_path.iterdir())
+    refused = run_cli(*arguments.split(), folder=tmp_path)
+    assert refused.returncode == 2, refused.stderr
+    assert sorted(tmp_path.iterdir()) == before
 
 
 def test_same_log_twice_is_refused() -> None:

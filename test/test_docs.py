@@ -67,7 +67,7 @@ def test_nodes_page_controller_slides(repository: Path, tmp_path: Path, monkeypa
     from slider_drilling.drillstring import VirtualRig
     from slider_drilling.rig import load_rig
 
-    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "nodes.md").read_text(), re.DOTALL)
+    _, code = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "nodes.md").read_text(), re.DOTALL)
     (tmp_path / "hold_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)

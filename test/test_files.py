@@ -56,7 +56,7 @@ def test_pipes_and_endless_files_are_refused(tmp_path: Path) -> None:
         read_text(device, "survey")
     for path in (pipe, device):
         check_distinct([path, path])
-        with pytest.raises(InputError, match=f"{path.name}: is a pipe or a device; give a file"):
+        with pytest.raises(InputError, match=f"{path.name}: is a pipe, a socket or a device; give a file"):
             read_log(path)
     # What a shell makes of <(command) is a pipe that somebody writes to.
     reading, writing = os.pipe()

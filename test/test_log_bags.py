@@ -4,6 +4,8 @@ import bz2
 import gzip
 import lzma
 import math
+import os
+import socket
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, RigLog, read_log
+from slider_drilling.log.follow_recording import RecordingFollower
 from slider_drilling.log.info import log_info
 from slider_drilling.log.recover import recover
 from slider_drilling.messages import cdr
@@ -188,6 +191,37 @@ def test_a_part_that_cannot_be_read_is_named_and_skipped(tmp_path: Path, broken:
             read(bag)
     with pytest.raises(InputError, match="is empty"):
         read_log(bag / "run_1.mcap")
+
+
+def make_socket(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(path))
+
+
+@pytest.mark.parametrize("listed", [["run_0.mcap", "run_1.mcap"], []])
+@pytest.mark.parametrize("make", [os.mkfifo, make_socket])
+def test_a_pipe_or_a_socket_among_the_parts_is_named_and_skipped(
+    tmp_path: Path, listed: list[str], make: Callable[[Path], None]
+) -> None:
+    bag = write_parts(tmp_path / "bag", ["run_0.mcap", "run_1.mcap"], listed)
+    (bag / "run_1.mcap").unlink()
+    make(bag / "run_1.mcap")
+    for read in (lambda path: read_log(path).notes, lambda path: log_info(path).notes,
+                 lambda path: recover(path, tmp_path / "x.mcap")[1]):  # fmt: skip
+        assert read(bag) in ((note := "run_1.mcap: skipped: is a pipe, a socket or a device",), [note])
+    assert set(RecordingFollower(bag).poll()) == set(read_log(bag).series())
+    (bag / "run_0.mcap").unlink()
+    for path in (bag, bag / "run_1.mcap"):
+        for read in (read_log, log_info, RecordingFollower.poll):
+            with pytest.raises(InputError, match=r"is a pipe, a socket or a device[^\n]*$"):
+                read(RecordingFollower(path) if read is RecordingFollower.poll else path)
+
+
+def test_a_metadata_file_that_is_a_pipe_is_no_list_of_files(tmp_path: Path) -> None:
+    bag = write_parts(tmp_path / "bag", ["run_0.mcap"], [])
+    (bag / "metadata.yaml").unlink()
+    os.mkfifo(bag / "metadata.yaml")
+    assert [note.partition(":")[0] for note in read_log(bag).notes] == ["metadata.yaml"]
 
 
 @pytest.mark.parametrize("text", ["", "{", "a: 1", "rosbag2_bagfile_information: {relative_file_paths: run}", "\0"])

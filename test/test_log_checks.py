@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from fork_server import run_cli
+from made_log import changed, error_of, recorded, rocking, rows_of
 from short_well import short_rig
 
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.page import report_page
 from slider_drilling.diagnosis.replay import measured_channels
-from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.find_nulls import find_nulls, mask_shared_nulls
 from slider_drilling.log.import_record import ImportRecord, IntegratedQuantity
-from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.log.value_limits import mask_impossible_values
+from slider_drilling.log.series import JointSeries
 from slider_drilling.log_checks import LogChecks, check_log, check_without_rig
 from slider_drilling.log_checks.block_weight import check_block_weight
 from slider_drilling.log_checks.glitches import find_glitches
@@ -36,199 +34,13 @@ def rig() -> Rig:
     return short_rig()
 
 
-def rocking(duration=80.0, amplitude=5.0, lowering=0.004) -> Commands:
-    time = np.arange(0.0, duration, 0.1)
-    omega = 2.0 * np.pi / 8.0
-    angle, speed = amplitude * (1.0 - np.cos(omega * time)), amplitude * omega * np.sin(omega * time)
-    return Commands(time, angle, speed, lowering * time, lowering + 0.0 * time, 12.3 + 0.0 * time)
-
-
-def recorded(rig: Rig, run: Commands) -> RigLog:
-    response = simulate(rig, run, 40)
-    noise = np.random.default_rng(5)
-    time, size = run.time, run.time.size
-
-    def noisy(values, sigma):
-        return values + sigma * noise.normal(size=size)
-
-    mwd = np.arange(12.0, time[-1], 12.0)
-    face = np.angle(np.exp(1j * np.interp(mwd, time, response.tool_face)))
-    missing, none = np.full(size, np.nan), np.full(mwd.size, np.nan)
-    return RigLog(
-        "run.mcap", 0,
-        top_drive=JointSeries(time, time, run.top_drive_angle, run.top_drive_speed,
-                              noisy(response.surface_torque, 150.0)),
-        draw_works=JointSeries(time, time, run.block_position, run.block_speed, noisy(response.hook_load, 4000.0)),
-        standpipe_pressure=ScalarSeries(time, time, noisy(response.standpipe_pressure, 4e4), missing),
-        mud_pump=JointSeries(time, time, missing, run.pump_speed, missing),
-        mwd_tool_face=JointSeries(mwd, mwd + 6.0, face, none, none),
-    )  # fmt: skip
-
-
 @pytest.fixture(scope="module")
 def log(rig) -> RigLog:
     return recorded(rig, rocking())
 
 
-def changed(log: RigLog, series: str, **columns) -> RigLog:
-    """A log with columns of one series put through functions."""
-    own = getattr(log, series)
-    return replace(log, **{series: replace(own, **{k: f(getattr(own, k).copy()) for k, f in columns.items()})})
-
-
-def error_of(log: RigLog, rig: Rig) -> str:
-    with pytest.raises(InputError) as caught:
-        check_log(log, rig).raise_if_unusable()
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
-
-
 def test_sound_log_passes_unchanged(log, rig):
     assert check_log(log, rig) == LogChecks(log, ())
-
-
-@pytest.mark.parametrize(
-    ("series", "column", "kind", "unit", "channel"),
-    [
-        ("top_drive", "effort", "torque", "kN m", "surface_torque"),
-        ("top_drive", "effort", "torque", "kft lbf", "surface_torque"),
-        ("top_drive", "effort", "torque", "daN m", "surface_torque"),
-        ("draw_works", "effort", "force", "kN", "hook_load"),
-        ("draw_works", "effort", "force", "klbf", "hook_load"),
-        ("draw_works", "effort", "force", "tf", "hook_load"),
-        ("standpipe_pressure", "value", "pressure", "bar", "standpipe_pressure"),
-        ("standpipe_pressure", "value", "pressure", "psi", "standpipe_pressure"),
-        ("standpipe_pressure", "value", "pressure", "MPa", "standpipe_pressure"),
-    ],
-)
-def test_channel_in_wrong_unit_is_unusable_and_unit_named(log, rig, series, column, kind, unit, channel):
-    text = error_of(changed(log, series, **{column: lambda x: x / KINDS[kind][unit]}), rig)
-    assert channel in text
-    assert unit in text
-    assert "with that unit" in text
-
-
-@pytest.mark.parametrize(
-    ("series", "column", "channel", "noise"),
-    [
-        ("draw_works", "effort", "hook_load", 1.0),
-        ("draw_works", "effort", "hook_load", 0.0),
-        ("draw_works", "effort", "hook_load", 300.0),
-        ("top_drive", "effort", "surface_torque", 2.0),
-        ("top_drive", "effort", "surface_torque", 0.0),
-        ("standpipe_pressure", "value", "standpipe_pressure", 10.0),
-        ("standpipe_pressure", "value", "standpipe_pressure", 0.0),
-    ],
-)
-def test_dead_sensor_gets_no_unit(log, rig, series, column, channel, noise):
-    random = np.random.default_rng(0)
-    text = error_of(changed(log, series, **{column: lambda x: noise * random.normal(size=x.size)}), rig)
-    assert f"{channel} " in text and "dead, not connected or tared" in text
-    assert "looks like" not in text
-
-
-def test_hints_name_units_of_recorders(log, rig):
-    assert "MN" not in error_of(changed(log, "draw_works", effort=lambda x: 1.0 + 0.0 * x + 1e-6 * x), rig)
-
-
-@pytest.mark.parametrize(
-    ("column", "factor", "says"),
-    [
-        ("velocity", 30.0 / np.pi, "speed looks like .*rpm"),
-        ("velocity", 180.0 / np.pi, "speed looks like deg/s"),
-        ("position", 180.0 / np.pi, "angle looks like deg"),
-        ("position", 0.5 / np.pi, "angle looks like rev"),
-        ("velocity", -1.0, "wrong sign"),
-        ("velocity", 3.0, "not in rad and s"),
-    ],
-)
-def test_angle_that_contradicts_speed_is_unusable(log, rig, column, factor, says):
-    with pytest.raises(InputError, match=says):
-        check_log(changed(log, "top_drive", **{column: lambda x: factor * x}), rig).raise_if_unusable()
-
-
-def test_block_in_feet_and_pump_in_spm_are_unusable(log, rig):
-    assert "the position looks like ft" in error_of(changed(log, "draw_works", position=lambda x: x / 0.3048), rig)
-    assert "the speed looks like m/h" in error_of(changed(log, "draw_works", velocity=lambda x: 3600.0 * x), rig)
-    strokes = error_of(changed(log, "mud_pump", velocity=lambda x: 30.0 / np.pi * x), rig)
-    assert "mud_pump turns at 117.5 rad/s" in strokes
-    assert "strokes per minute" in strokes
-
-
-def test_drive_faster_than_its_limit_is_unusable(log, rig):
-    both = changed(log, "top_drive", position=lambda x: 60.0 * x, velocity=lambda x: 60.0 * x)
-    assert "max_speed is 12.6" in error_of(both, rig)
-    assert "deg/s" in error_of(both, rig)
-
-
-def test_toolface_in_degrees_is_unusable(log, rig):
-    assert "looks like deg" in error_of(changed(log, "mwd_tool_face", position=lambda x: np.degrees(x) + 90.0), rig)
-
-
-def test_wrong_signs_are_unusable(log, rig):
-    against = error_of(changed(log, "top_drive", effort=lambda x: -x), rig)
-    assert "surface_torque opposes the rotation" in against
-    against = error_of(changed(log, "top_drive", position=lambda x: -x, velocity=lambda x: -x), rig)
-    assert "surface_torque opposes the rotation" in against
-    assert "hook_load is negative" in error_of(changed(log, "draw_works", effort=lambda x: -x), rig)
-    assert "standpipe_pressure is negative" in error_of(changed(log, "standpipe_pressure", value=lambda x: -x), rig)
-    turned = changed(log, "draw_works", position=lambda x: -x, velocity=lambda x: -x)
-    assert "the block rises by 0.32 m" in error_of(turned, rig)
-
-
-def test_block_that_really_rises_passes(rig):
-    assert check_log(recorded(rig, rocking(lowering=-0.004)), rig).messages("unusable") == ()
-
-
-def test_wrapping_encoder_is_unusable(log, rig):
-    wrapped = changed(log, "top_drive", position=lambda x: np.mod(x, 2.0 * np.pi))
-    assert "encoder that wraps" in error_of(wrapped, rig)
-
-
-def test_other_rigs_file_is_unusable(log, rig):
-    heavy = replace(rig, string=replace(rig.string, density=3.0 * rig.string.density))
-    assert "hook_load starts at" in error_of(log, heavy)
-    assert "do not belong together" in error_of(log, heavy)
-    wide = replace(rig, hydraulics=replace(rig.hydraulics, reference_pressure=1e7, reference_flow=0.01))
-    assert "standpipe_pressure" in error_of(log, wide)
-
-
-@pytest.mark.parametrize(
-    ("true", "taken"),
-    # MPa taken for kPa is as far off as kPa that was never converted.
-    [pair for pair in itertools.permutations(("psi", "bar", "MPa", "kPa"), 2) if pair != ("MPa", "kPa")],
-)
-def test_unit_taken_for_another_is_named(log, rig, true, taken):
-    factor = KINDS["pressure"][taken] / KINDS["pressure"][true]
-    text = error_of(changed(log, "standpipe_pressure", value=lambda x: factor * x), rig)
-    assert f"{true} that was imported as {taken}" in text
-    assert "mud_pump" not in text, "the pump is right"
-
-
-@pytest.mark.parametrize("steady", [False, True])
-def test_pump_in_spm_is_named_though_its_speed_is_no_rigs(log, rig, steady):
-    """A pump that runs steadily at 117.5 "rad/s" is one in strokes per minute, not a null."""
-    fast = changed(log, "mud_pump", velocity=lambda x: 30.0 / np.pi * (x if steady else x + np.sin(np.arange(x.size))))
-    text = error_of(mask_impossible_values(fast), rig)
-    assert "mud_pump turns" in text and "import it with unit spm" in text
-
-
-def test_repeated_null_of_a_pump_is_no_other_unit(log):
-    fast = mask_impossible_values(changed(log, "mud_pump", velocity=lambda x: 999.0 + 0.0 * x))
-    assert np.isnan(fast.mud_pump.velocity).all()
-
-
-@pytest.mark.parametrize(("column", "unit"), [("position", "deg"), ("position", "rev"), ("velocity", "deg/s")])
-def test_angle_or_speed_converted_twice_is_named_or_left_open(log, rig, column, unit):
-    """rad imported as deg makes the speed look like deg/s: both causes are named where both explain the ratio."""
-    kind = "angle" if column == "position" else "angular speed"
-    text = error_of(changed(log, "top_drive", **{column: lambda x: x * KINDS[kind][unit]}), rig)
-    si = "rad" if column == "position" else "rad/s"
-    assert f"looks like {si} that was imported as {unit}" in text
-
-
-def rows_of(checked: LogChecks) -> dict[str, tuple[str, str]]:
-    return {row.check: (row.result, str(row.text)) for row in checked.rows()}
 
 
 def test_table_of_checks_of_a_sound_log(log, rig):
@@ -250,6 +62,27 @@ def test_nulls_in_a_recorded_log_are_masked(log, rig, null, unit):
     assert rows_of(checked)["nulls"] == (
         "noted", f"hook load: 3 of 800 samples are {null:g} {unit}, the first at 5.0 s: taken as no value"
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("array", "unit"), [("effort", "N m"), ("effort", "ft lbf"), ("position", "deg")])
+def test_a_null_of_one_channel_is_a_null_of_the_others(log, rig, array, unit):
+    """It stands among the readings of the other channel, where only the first one shows what it is."""
+    null = -999.25 * next(units[unit] for units in KINDS.values() if unit in units)
+
+    def filled(values, number=null):
+        values[[50, 300]] = number
+        return values
+
+    alone = changed(log, "top_drive", **{array: filled})
+    assert not find_nulls(alone)
+    both = changed(alone, "draw_works", effort=lambda load: filled(load, -999.25e3))
+    masked = mask_shared_nulls(both)
+    assert np.flatnonzero(np.isnan(getattr(masked.top_drive, array))).tolist() == [50, 300]
+    label = {"effort": "surface torque", "position": "top drive angle"}[array]
+    assert masked.notes == (
+        f"{label}: 2 of 800 samples are -999.25 {unit}, a null as in hook load, the first at 5.0 s: left out",
+    )
+    assert f"2 of 800 samples are -999.25 {unit}, a null as in hook load" in rows_of(check_log(both, rig))["nulls"][1]
 
 
 def test_lost_signs_are_unusable(log, rig):

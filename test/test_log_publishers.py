@@ -8,7 +8,7 @@ import pytest
 from mcap.writer import Writer
 
 from slider_drilling.errors import InputError
-from slider_drilling.log import RigLog, read_log
+from slider_drilling.log import LogWriter, RigLog, read_log
 from slider_drilling.log.info import log_info
 from slider_drilling.log.recover import recover
 from slider_drilling.messages import cdr
@@ -294,13 +294,39 @@ def test_joints_of_one_topic_are_found_by_name(tmp_path: Path) -> None:
 def test_joints_of_other_names_need_a_map(tmp_path: Path) -> None:
     rows = joint_rows(["hoist", "rotary", "pump_1"], [0, 1, 2])
     path = write(tmp_path / "log.mcap", rows, "/joint_states")
-    assert "/joint_states: 100 unreadable messages: joints hoist, rotary, pump_1; say which" in refusal(path)
+    assert "/joint_states: 100 unreadable messages: joints hoist, rotary, pump_1 (needs " in refusal(path)
     topics = tmp_path / "topics.yaml"
     topics.write_text("top_drive: {topic: /joint_states, joint: rotary}\n"
                       "draw_works: {topic: joint_states, joint: 0}\n")  # fmt: skip
     log = read_log(path, topics=topics)
     check_real(log)
     assert log.draw_works is not None and set(log.draw_works.effort) == {9e5}
+
+
+def test_unreadable_joints_are_the_reason_beside_readable_topics(tmp_path: Path) -> None:
+    """A hook load of the rig's own topic is read; why there is no top drive is said wherever one is needed."""
+    path = tmp_path / "log.mcap"
+    with LogWriter(path) as writer:
+        for step in range(COUNT):
+            arrays = [[angle(0.1 * step), 0.0]] * 3
+            writer.message("joint_states", JOINT_STATE, joints(0.1 * step, ["rotary", "pump_1"], arrays), 0, step)
+            writer.joint_state("draw_works/joint_states", START_NS / 1e9 + 0.1 * step, "block", 0.0, 0.0, 9e5)
+    log = read_log(path)
+    why = "/joint_states: 100 unreadable messages: joints rotary, pump_1 (needs top_drive or block or mud_pump); say"
+    assert why in log.lack_of_top_drive("drives the plant")
+    assert any(note.startswith(why) for note in log.notes)
+
+
+def test_an_array_of_another_length_is_left_out_and_said(tmp_path: Path) -> None:
+    rows = [
+        (1, 0.1 * step, joints(0.1 * step, ["block", "top_drive"], [[0.0, angle(0.1 * step)], [0.1, 0.5], [9e5]]), step)
+        for step in range(COUNT)
+    ]
+    log = read_log(write(tmp_path / "log.mcap", rows))
+    assert log.top_drive is not None and np.isnan(log.top_drive.effort).all()
+    why = "1 values of effort for 2 joints, of which each needs one: left out"
+    assert log.why_unreadable("top_drive") == f"; /top_drive/joint_states: {why}"
+    assert f"/top_drive/joint_states: 100 messages: {why}" in log.notes
 
 
 @pytest.mark.parametrize(("text", "why"), [

@@ -151,7 +151,7 @@ def test_info_says_what_is_missing(tmp_path: Path, repository: Path) -> None:
     assert done.returncode == 0, done.stderr
     tree = json.loads(done.stdout)
     assert any("has no rig.yaml attachment" in reason for reason in tree["missing_for_replay"])
-    assert any("which drives the plant" in reason for reason in tree["missing_for_diagnosis"])
+    assert any("nothing drives the plant" in reason for reason in tree["missing_for_diagnosis"])
     with LogWriter(tmp_path / "full.mcap", (repository / "config" / "rig.example.yaml").read_text()) as writer:
         for step in range(20):
             writer.joint_state("top_drive/joint_states", 0.1 * step, "top_drive", 0.0, 0.0, 1.0)

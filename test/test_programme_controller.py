@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,8 +36,9 @@ from slider_drilling.programmes import (
     open_loop_commands,
 )
 from slider_drilling.programmes.controller import ProgrammeController
-from slider_drilling.programmes.limits import complete
+from slider_drilling.programmes.limits import LimitError, check_on_rig, complete
 from slider_drilling.programmes.progress import ProgrammeState
+from slider_drilling.programmes.rig_check import nominal_times
 from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -242,3 +244,22 @@ def test_programme_that_the_rig_cannot_run_is_refused(action: object, limits: di
         return
     with pytest.raises(InputError, match=message):
         ProgrammeController(RIG, of(action, **limits))
+
+
+@pytest.mark.parametrize("name", ["left_torque", "right_torque"])
+@pytest.mark.parametrize("of_step", [False, True])
+def test_a_torque_limit_above_the_make_up_torque_is_refused(name: str, of_step: bool) -> None:
+    """Only where the rig file gives one; to the left it may open a connection."""
+    limits = StepLimits(**{name: 12e3})
+    step = Step(Rest(5.0), limits if of_step else StepLimits())
+    programme = Programme((step,), "test", limits=StepLimits() if of_step else limits)
+    nominal_times(programme, RIG)
+    first, *others = RIG.string.sections
+    sections = (dataclasses.replace(first, make_up_torque=11e3), *others)
+    weaker = dataclasses.replace(RIG, string=dataclasses.replace(RIG.string, sections=sections))
+    where = "steps[0].limits" if of_step else "limits"
+    said = rf"programme: {re.escape(where)}\.{name} = 12\.0 kN m: .* made up with 11\.0 kN m; give less"
+    with pytest.raises(InputError, match=said):
+        nominal_times(programme, weaker)
+    with pytest.raises(LimitError, match=name):
+        check_on_rig(limits, weaker)

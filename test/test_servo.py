@@ -2,35 +2,28 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import math
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from slider_drilling.benchmarks.real_machines import example_module
 from slider_drilling.errors import InputError
 from slider_drilling.gap import SimulationOptions, explain
 from slider_drilling.gap.experiment_design.knowledge import before_any_log
 from slider_drilling.gap.experiment_design.plan import plan_run
 from slider_drilling.gap.model import HasProgrammes
 
-_SOURCE = Path(__file__).parents[1] / "docs" / "examples" / "servo.py"
-_SPEC = importlib.util.spec_from_file_location("servo", _SOURCE)
-assert _SPEC is not None
-assert _SPEC.loader is not None
-servo = importlib.util.module_from_spec(_SPEC)
-sys.modules["servo"] = servo
-_SPEC.loader.exec_module(servo)
-
+servo = example_module("servo")
+plant = example_module("servo_plant")
 FREE = {"coulomb": 0.0, "viscous": 0.0}
 INERTIA = 0.49 * 0.1**2 + 1.8e-3
-WEIGHT = 0.49 * servo.GRAVITY * 0.1
+WEIGHT = 0.49 * plant.GRAVITY * 0.1
 
 
 def log(duration=3.0, start=0.0, enabled=0.0, goal=0.0, gain=100.0, interval=0.002):
@@ -156,7 +149,7 @@ def test_delay_shifts_motor_command():
 def test_sagging_supply_and_hot_winding_weaken_motor():
     made = log(6.0, goal=1.2, enabled=1.0, gain=400.0)
     end = swing(made, coulomb=0.0, supply_sag__resistance=1.5)[-1]
-    duty = min(400.0 * servo.DUTY_PER_RADIAN * (1.2 - end), 1.0)
+    duty = min(400.0 * plant.DUTY_PER_RADIAN * (1.2 - end), 1.0)
     assert 0.387 * duty * 7.4 / (4.0 + 1.5 * duty**2) == pytest.approx(WEIGHT * math.sin(end), rel=1e-3)
     cold, hot = swing(made, coulomb=0.0), swing(made, coulomb=0.0, motor_heating__per_joule=0.02)
     assert hot[-1] < cold[-1] - 0.01
@@ -167,7 +160,7 @@ def test_arm_swings_inside_backlash():
     made = log(4.0, 0.05)
     inside = swing(made, backlash__angle=0.4, coulomb=0.1, viscous=0.0)
     period = float(np.mean(np.diff(crossings(made.time, inside))))
-    assert period == pytest.approx(2.0 * math.pi * math.sqrt(0.1 / servo.GRAVITY), rel=2e-3)
+    assert period == pytest.approx(2.0 * math.pi * math.sqrt(0.1 / plant.GRAVITY), rel=2e-3)
     assert np.max(np.abs(inside)) == pytest.approx(0.05, abs=1e-3)
     wide = swing(log(4.0, 0.5), backlash__angle=0.1, coulomb=0.1, viscous=0.0)
     assert np.all(np.abs(wide) <= 0.5 + 1e-9)
@@ -208,12 +201,12 @@ def test_effects_are_neutral_at_nominal_only():
     for effect in model.effects:
         neutral = {effect.parameters[0].name: effect.parameters[0].nominal}
         assert np.array_equal(model.simulate(0, [neutral], SimulationOptions())["position"][0], plain)
-        assert {parameter.name for parameter in effect.parameters} <= set(servo.NOMINAL)
+        assert {parameter.name for parameter in effect.parameters} <= set(plant.NOMINAL)
         for point in effect.scan:
             moved = model.simulate(0, [effect.values(point)], SimulationOptions())["position"][0]
             assert np.max(np.abs(moved - plain)) > 2e-4, (effect.name, point)
     for parameter in model.nuisance:
-        assert servo.NOMINAL[parameter.name] == parameter.nominal
+        assert plant.NOMINAL[parameter.name] == parameter.nominal
 
 
 def test_logs_are_read_in_any_column_order(tmp_path):
@@ -279,7 +272,7 @@ def test_real_logs_show_load_friction(shared_data):
         table = np.genfromtxt(path, delimiter=",", names=True)
         made = servo.read_servo_log(path)
         duty = np.where(table["load_pwm"] > 32767, table["load_pwm"] - 65536, table["load_pwm"]) / 885.0
-        law = np.clip(made.gain * servo.DUTY_PER_RADIAN * (made.goal - made.position), -1.0, 1.0)
+        law = np.clip(made.gain * plant.DUTY_PER_RADIAN * (made.goal - made.position), -1.0, 1.0)
         on = made.enabled > 0.5
         assert np.corrcoef(duty[on], law[on])[0, 1] > 0.999
         assert np.median(np.abs(duty[on] - law[on])) < 0.01
@@ -300,7 +293,8 @@ def test_effect_may_widen_gap_of_another_log():
 
 
 def test_script_reports_mistakes_in_one_line(tmp_path):
-    outcome = subprocess.run([sys.executable, str(_SOURCE), str(tmp_path / "kp1.csv")], capture_output=True, text=True)
+    command = [sys.executable, servo.__file__, str(tmp_path / "kp1.csv")]
+    outcome = subprocess.run(command, capture_output=True, text=True)
     assert outcome.returncode == 2
     assert outcome.stderr.startswith("Error: ")
     assert len(outcome.stderr.splitlines()) == 1

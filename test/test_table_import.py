@@ -42,6 +42,14 @@ def table_file(folder: Path, text: str) -> Path:
     return path
 
 
+def test_a_saved_import_keeps_the_unit_of_each_channel(tmp_path: Path) -> None:
+    channels = {"surface_torque": {"column": "torque", "unit": "KN.M"}}
+    log = read_table(table_file(tmp_path, "t,torque\n0,1\n1,2\n2,3\n"), mapping_file(tmp_path, channels=channels))
+    save_log(log, tmp_path / "x.mcap", "test")
+    saved = read_log(tmp_path / "x.mcap").imported
+    assert saved is not None and saved.units == {"surface_torque": "KN.M"}
+
+
 @pytest.mark.parametrize(
     ("unit", "kind", "value"),
     [

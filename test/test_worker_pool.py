@@ -35,6 +35,14 @@ def test_each_call_gives_its_result(jobs: int) -> None:
     assert sorted(map_in_processes(divmod, ((k, 3) for k in range(7)), jobs)) == sorted(divmod(k, 3) for k in range(7))
 
 
+def test_a_program_ends_after_a_failed_call() -> None:
+    """More calls than workers: one of them waits for a worker when another fails."""
+    code = "from slider_drilling.process.worker_pool import map_in_processes\n"
+    code += "list(map_in_processes(divmod, [(1, 0)] + [(k, 3) for k in range(1000)], 2))"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
+    assert ended.returncode == 1 and "ZeroDivisionError" in ended.stderr
+
+
 def alive(number: int) -> bool:
     try:
         return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"

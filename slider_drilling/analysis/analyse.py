@@ -127,6 +127,7 @@ def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:
     if drive is None or not np.any(np.isfinite(drive.effort)):
         raise InputError(
             f"{log.source}: holds no surface torque (effort of top_drive/joint_states); nothing to analyse"
+            f"{log.why_unreadable('top_drive')}"
         )
     keep = np.isfinite(drive.effort) & (np.isfinite(drive.position) | np.isfinite(drive.velocity))
     if np.count_nonzero(keep) < 10:

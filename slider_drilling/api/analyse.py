@@ -15,10 +15,12 @@ from slider_drilling.analysis.analyse import analyse as engine
 from slider_drilling.analysis.driller_weights import DrillerWeights
 from slider_drilling.analysis.fit_friction import ELEMENTS
 from slider_drilling.analysis.report import analysis_study, to_json
+from slider_drilling.api.checks import check_elements
 from slider_drilling.api.replay import as_log
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.paper_studies.render import write_study
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
@@ -94,6 +96,8 @@ def analyse(
     Raises:
         InputError: The log holds no surface torque, or something else cannot be used.
     """
+    check_elements(elements, "analyse")
+    check_argument(block_weight, float | None, "analyse: block_weight")
     record = as_log(log)
     if rig is None and record.rig_text is not None:
         rig = record.rig()

@@ -7,6 +7,7 @@ import math
 from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, check_duration
+from slider_drilling.schema.option_types import check_argument
 
 MAX_SAMPLES = 5_000_000
 """Largest number of samples of a run in memory: 139 h at 10 Hz. ``slider-drilling run`` records longer ones."""
@@ -30,6 +31,9 @@ def check_run(
     Raises:
         InputError: An argument cannot be used; the message names it.
     """
+    angles = {"target": target, "start.twist": start.twist, "start.offset": start.tool_face_offset}
+    for name, value in {"duration": duration, **angles}.items():
+        check_argument(value, float, f"{caller}: {name}")
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"{caller}: duration = {duration} s: must be finite and above 0")
     samples = duration * rig.sensors.rate
@@ -39,7 +43,7 @@ def check_run(
             f"a run has 1 to {MAX_SAMPLES}"
         )
     check_duration(rig, duration, caller)
-    for name, value in (("target", target), ("start.twist", start.twist), ("start.offset", start.tool_face_offset)):
+    for name, value in angles.items():
         if not math.isfinite(value):
             raise InputError(f"{caller}: {name} = {value}: must be a finite number of rad")
     check_seed(seed, caller)

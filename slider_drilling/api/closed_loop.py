@@ -15,6 +15,7 @@ from slider_drilling.columns import Columns, TableExport
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.drillstring import ELEMENTS
 from slider_drilling.errors import InputError
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.slide_scenarios import SCENARIOS, ScenarioResult, contender_pairs, report, run_all
 from slider_drilling.slide_scenarios.contenders import UNDER_TEST
 from slider_drilling.slide_scenarios.page import closed_loop_page
@@ -110,6 +111,8 @@ def closed_loop(
     """
     check_seed(seed, "closed_loop")
     check_elements(elements, "closed_loop")
+    check_argument(workers, int, "closed_loop: workers")
+    check_argument(settings, Mapping | None, "closed_loop: settings")
     starts = (only,) if isinstance(only, str) else tuple(only)
     scenarios = [each for each in SCENARIOS if not starts or each.name.startswith(starts)]
     if not scenarios:

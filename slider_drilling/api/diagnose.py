@@ -23,6 +23,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
@@ -141,6 +142,10 @@ def diagnose(
     Raises:
         InputError: A log cannot be diagnosed, or the logs' rig files differ.
     """
+    check_argument(until, float, "diagnose: until")
+    check_argument(seed, int, "diagnose: seed")
+    if since != "auto":
+        check_argument(since, float | None, "diagnose: since")
     records, earlier = _records(logs, "no logs"), () if baseline is None else _records(baseline, "no baseline")
     nominal = _common_rig([*records, *earlier], rig)
     if earlier or since is not None:

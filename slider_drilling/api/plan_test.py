@@ -21,6 +21,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.pages import write_page
 from slider_drilling.programmes import Programme, dump_programme
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.test_planning.drilling_plan import DrillingPlan, PlanTestOptions, plan_after, plan_before_logs
 from slider_drilling.test_planning.plan_json import plan_json
 from slider_drilling.test_planning.plan_page import plan_page
@@ -99,6 +100,7 @@ def plan_test(
     Raises:
         InputError: Something cannot be used.
     """
+    check_argument(options, PlanTestOptions | None, "plan_test: options")
     chosen = options or PlanTestOptions()
     if after is None:
         if rig is None:

@@ -26,6 +26,7 @@ from slider_drilling.rocking_design.page import plan_charts, plan_page
 from slider_drilling.rocking_design.plan import Plan, PlanOptions, PlanRow, make_plan
 from slider_drilling.rocking_design.plan_table import plan_json
 from slider_drilling.rocking_design.sheet import plan_sheet
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.units import FIELD, Units
 
 if TYPE_CHECKING:
@@ -140,6 +141,8 @@ def rocking_plan(
     Raises:
         InputError: Something cannot be used.
     """
+    check_argument(options, PlanOptions | None, "rocking_plan: options")
+    check_argument(depths, tuple[float, ...] | None, "rocking_plan: depths")
     given = default_depths(rig) if depths is None else [float(depth) for depth in depths]
     plan = make_plan(rig, given, options or PlanOptions(), progress)
     return RockingPlanResult(plan, plan_json(plan))

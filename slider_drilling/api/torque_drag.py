@@ -21,12 +21,14 @@ from slider_drilling.analysis.torque_drag import (
     torque_chart,
     torque_drag_page,
 )
+from slider_drilling.api.checks import check_elements
 from slider_drilling.api.replay import as_log
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import write_page
 from slider_drilling.pages.png import render_png
 from slider_drilling.rig import Rig, dump_rig
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.units import SI, Units
 from slider_drilling.wellbore.broomstick import Broomstick, broomstick
 
@@ -136,6 +138,9 @@ def torque_drag(
     Raises:
         InputError: Something cannot be used.
     """
+    check_elements(elements, "torque_drag")
+    check_argument(block_weight, float | None, "torque_drag: block_weight")
+    check_argument(frictions, tuple[float, ...], "torque_drag: frictions")
     record = None if log is None else as_log(log)
     calibration, missing = calibrate_log(record, rig, weights, block_weight, units)
     notes = (*(() if record is None else record.notes), *([missing] if missing else []))

@@ -11,6 +11,7 @@ from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.twin import COMPARED, Detection, Twin, TwinReport, TwinSettings, diagnose_after
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.watch import watch as follow
@@ -66,6 +67,7 @@ def watch(
         InputError: The log cannot be used, or is too short.
     """
     record = as_log(log)
+    check_argument(settings, TwinSettings, "watch: settings")
     twin = Twin(record.rig() if rig is None else rig, settings, diagnose_after if diagnose else None, replayed=True)
     reports: list[TwinReport] = []
     try:

@@ -81,6 +81,9 @@ def example_module(name: str) -> ModuleType:
     if spec is None or spec.loader is None or not (_EXAMPLES / f"{name}.py").is_file():
         raise FileNotFoundError(f"{_EXAMPLES / name}.py")
     module = importlib.util.module_from_spec(spec)
+    # Examples may import each other.
+    if str(_EXAMPLES) not in sys.path:
+        sys.path.append(str(_EXAMPLES))
     # Dataclasses look their module up.
     sys.modules[name] = module
     spec.loader.exec_module(module)

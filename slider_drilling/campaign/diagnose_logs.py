@@ -17,6 +17,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import check_outputs, delete_old, make_subfolder, write_atomically
 from slider_drilling.log.log_files import logs_below
 from slider_drilling.pages import Link, Page, Section, Table, Tag
+from slider_drilling.schema.option_types import check_option_types
 from slider_drilling.user_code import source_files
 
 SCHEMA = "slider_drilling/diagnoses/2"
@@ -47,6 +48,9 @@ class DiagnoseOptions:
     effects: tuple[str, ...] = ()
     until: float = 1.0
     units: str = "si"
+
+    def __post_init__(self) -> None:
+        check_option_types(self, "diagnose")
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ def _missing(record: RigLog, use: str) -> list[Text]:
         rig = None
         reasons.append(str(error))
     if record.top_drive is None:
-        return [*reasons, f"{record.source}: holds no top_drive/joint_states, which drives the plant"]
+        return [*reasons, record.lack_of_top_drive("drives the plant")]
     if rig is None:
         return reasons
     try:
@@ -107,7 +107,8 @@ def _missing(record: RigLog, use: str) -> list[Text]:
     except InputError as error:
         return [str(error)]
     if use == "diagnosis" and "surface_torque" not in channels:
-        reasons.append("no surface torque (effort of top_drive/joint_states): friction cannot be identified")
+        why = record.why_unreadable("top_drive")
+        reasons.append(f"no surface torque (effort of top_drive/joint_states): friction cannot be identified{why}")
     return reasons
 
 

@@ -80,7 +80,7 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
     """
     channels: dict[str, Channel] = {}
     if log.top_drive is None:
-        raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
+        raise InputError(log.lack_of_top_drive("drives the plant"))
     last = log.top_drive.time[-1]
 
     def add(name: str, time: Array, values: Array) -> None:

@@ -7,13 +7,14 @@ import os
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from slider_drilling.errors import InputError
 
 _MAX_LINE_LENGTH = 1_000_000
 _MAX_TEXT_BYTES = 100_000_000  # of a file that is read as a whole
+_made: list[Path] = []  # folders, in this process
 _SPECIAL_FOLDERS = ("/dev/", "/proc/")  # a link there may lead to a file that another process writes
 
 
@@ -68,10 +69,20 @@ def _readable(path: str | os.PathLike[str], what: str, encoding: str = "utf-8-si
 def make_folder(path: Path) -> Path:
     """Make a folder and its parents if they are missing, and return it. Raises InputError."""
     try:
+        missing = [each for each in (path, *path.parents) if not each.exists()]
         path.mkdir(parents=True, exist_ok=True)
+        _made.extend(missing)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot make this folder: {_reason(error)}") from None
     return path
+
+
+def remove_empty_folders() -> None:
+    """Remove folders that `make_folder` made and nothing was written to, as when input is refused afterwards."""
+    for folder in sorted(_made, key=lambda each: len(each.parts), reverse=True):
+        with suppress(OSError):  # it holds something, or is gone
+            folder.rmdir()
+    _made.clear()
 
 
 def make_subfolder(parent: Path, name: str) -> Path:

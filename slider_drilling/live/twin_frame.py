@@ -44,7 +44,7 @@ def _gap_json(name: str, quick: float, gap: float, slow: float, threshold: float
     def share(value: float) -> float | None:
         return _finite(value / threshold) if threshold > 0.0 else None
 
-    limit = f"of {threshold:.2f}" if math.isfinite(threshold) else "(no threshold yet)"
+    limit = f"of {threshold:.2f}" if math.isfinite(threshold) else "(no threshold)"
     shown = f"{_number(gap)} {limit}"
     return {
         "name": plain_name(name),

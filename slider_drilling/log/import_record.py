@@ -32,15 +32,21 @@ class ImportRecord:
     Attributes:
         checks: Pairs of a check's name ("nulls", "clock", ...) and a sentence.
         integrated: Quantities that were integrated, by their columns in the registry of topics.
+        units: Unit that each quantity was imported with, by the name of the channel in the mapping.
     """
 
     checks: tuple[tuple[str, str], ...] = ()
     integrated: dict[str, IntegratedQuantity] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
 
     def to_metadata(self) -> dict[str, str]:
         """The record as an MCAP metadata record holds it."""
         integrated = {name: vars(quantity) for name, quantity in self.integrated.items()}
-        return {"checks": json.dumps(self.checks, ensure_ascii=False), "integrated": json.dumps(integrated)}
+        return {
+            "checks": json.dumps(self.checks, ensure_ascii=False),
+            "integrated": json.dumps(integrated),
+            "units": json.dumps(self.units, ensure_ascii=False),
+        }
 
     @classmethod
     def from_metadata(cls, values: Mapping[str, str]) -> ImportRecord | None:
@@ -48,9 +54,11 @@ class ImportRecord:
         try:
             checks = json.loads(values.get("checks", "[]"))
             integrated = json.loads(values.get("integrated", "{}"))
+            units = json.loads(values.get("units", "{}"))
             return cls(
                 tuple((str(name), str(text)) for name, text in checks),
                 {str(name): _quantity(entry) for name, entry in integrated.items()},
+                {str(name): str(unit) for name, unit in units.items()},
             )
         except (ValueError, TypeError, AttributeError, KeyError):
             return None

@@ -21,6 +21,7 @@ _BAG_INFORMATION = "rosbag2_bagfile_information"
 # A name in a folder, without the ending that compression adds.
 _LOG_NAME = re.compile(r".+\.(mcap|db3|bag)(\.(zstd|zst|gz|bz2|xz|lz4))?")
 _LONGEST_MAGIC = 16
+_SPECIAL = "is a pipe, a socket or a device"
 _METADATA_ERRORS = (OSError, ValueError, yaml.YAMLError, TypeError, LookupError, RecursionError)
 
 
@@ -53,19 +54,34 @@ def find_log_files(path: Path) -> LogFiles:
         path: A log; the folder of a bag or of the parts of a log; or the metadata.yaml of a bag.
 
     Raises:
-        InputError: A folder holds no logs.
+        InputError: A folder holds no logs, or what is given is a pipe, a socket or a device.
     """
     folder = path.parent if path.name == METADATA and path.is_file() else path
     if not folder.is_dir():
+        if _is_special(path):
+            raise InputError(f"{path}: {_SPECIAL}; give a file")
         return LogFiles((path,))
     held = sorted(_logs_in(folder), key=_part_order)
     listed, notes = _listed_names(folder / METADATA)
     if not held:
         missing = f"; {METADATA} lists {', '.join(listed)}" if listed else ""
         raise InputError(f"{folder}: holds no logs (.mcap, .db3, .bag){missing}; give a log, or the folder of a bag")
-    if not listed:
-        return LogFiles(tuple(held), notes)
-    return _parts_of_bag(folder, held, listed)
+    found = _parts_of_bag(folder, held, listed) if listed else LogFiles(tuple(held), notes)
+    return _without_special(folder, found)
+
+
+def _is_special(path: Path) -> bool:
+    """Whether this is a pipe, a socket or a device: reading it could block for ever, or have no end."""
+    return path.exists() and not (path.is_file() or path.is_dir())
+
+
+def _without_special(folder: Path, found: LogFiles) -> LogFiles:
+    """The files that are files, and a note for each other one. Raises InputError where none is left."""
+    notes = [f"{file.name}: skipped: {_SPECIAL}" for file in found.files if _is_special(file)]
+    files = tuple(file for file in found.files if not _is_special(file))
+    if not files:
+        raise InputError(f"{folder}: no file of this log can be read; {'; '.join(notes)}")
+    return LogFiles(files, (*found.notes, *notes))
 
 
 def logs_below(folder: Path) -> list[Path]:
@@ -115,16 +131,18 @@ def _listed_names(metadata: Path) -> tuple[list[str], tuple[str, ...]]:
 
     A note says if metadata.yaml is there, but does not say which files make up the bag.
     """
+    if not metadata.exists():
+        return [], ()
     try:
         return _read_metadata(metadata), ()
-    except FileNotFoundError:
-        return [], ()
     except _METADATA_ERRORS:
         return [], (f"{METADATA}: lists no files of a bag, or is damaged; every log in the folder was read",)
 
 
 def _read_metadata(metadata: Path) -> list[str]:
     """Names of the files that metadata.yaml lists. Raises `_METADATA_ERRORS`."""
+    if not metadata.is_file():
+        raise ValueError(_SPECIAL)
     listed = yaml.safe_load(metadata.read_text(encoding="utf-8"))[_BAG_INFORMATION]["relative_file_paths"]
     if not isinstance(listed, list):
         raise TypeError
@@ -158,10 +176,7 @@ def open_readers(files: Sequence[Path]) -> list[LogReader]:
 
 
 def open_reader(path: Path) -> LogReader:
-    """The reader of one file, by its first bytes; of an MCAP file where it begins as none. Raises InputError."""
-    # Reading a pipe could block for ever, and a device has no end.
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise InputError(f"{path}: is a pipe or a device; give a file")
+    """The reader of one file, by its first bytes; of an MCAP file where it begins as none."""
     try:
         begin = first_unpacked_bytes(path, _LONGEST_MAGIC)
     except OSError:

@@ -11,6 +11,7 @@ import numpy as np
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
+from slider_drilling.log.find_nulls import mask_shared_nulls
 from slider_drilling.log.import_record import RECORD, ImportRecord
 from slider_drilling.log.interleaved import keep_one_of_interleaved
 from slider_drilling.log.log_files import find_log_files, open_readers
@@ -83,13 +84,13 @@ def _read(
     rig_text, rig_source = _rig(source, rig_path, readers, notes)
     programme, _ = _attached_text(PROGRAMME, source, readers, notes)
     log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
+    unreadable = {key: printable(why) for key, why in collector.missing(chosen).items()}
     record = _metadata(readers, RECORD)
     imported = ImportRecord.from_metadata(record) if record else None
     # What is wrong with a rig file that is not used concerns nobody.
     replaced = None if rig_path is None else _attached_text("rig.yaml", source, readers, [])[0]
-    return mask_impossible_values(
-        replace(log, programme_text=programme, imported=imported, replaced_rig_text=replaced)
-    )
+    log = replace(log, programme_text=programme, imported=imported, replaced_rig_text=replaced, unreadable=unreadable)
+    return mask_impossible_values(mask_shared_nulls(log))
 
 
 def _one_publisher(samples: TopicSamples, source: str, notes: list[str]) -> StampedSamples | None:

@@ -87,6 +87,7 @@ class LogContents:
         metadata: The record `slider_drilling` of the log.
         notes: What a reader should know of the log's state, one sentence each: damage, repeated stamps, topics left
             out.
+        unreadable: Series -> why it, or an array of it, is missing although the log holds messages that could be its.
         imported: What an import did to the table that the log comes from; None for a recorded log.
         programme_text: The programme that was run, as its file's text; None where none was.
         replaced_rig_text: The text of the log's own rig file, where a given one replaces it.
@@ -98,6 +99,7 @@ class LogContents:
     rig_source: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    unreadable: dict[str, str] = field(default_factory=dict)
     imported: ImportRecord | None = None
     programme_text: str | None = None
     replaced_rig_text: str | None = None
@@ -139,6 +141,15 @@ class LogContents:
         if self.rig_text is None:
             raise InputError(f"{self.source}: has no rig.yaml attachment; give the rig file with --rig")
         return parse_rig(self.rig_text, self.rig_source or self.source)
+
+    def lack_of_top_drive(self, use: str) -> str:
+        """Why a log without a top drive cannot be used, in one line; `use`: what the top drive does, as a verb."""
+        why = self.why_unreadable("top_drive")
+        return f"{self.source}: holds no top_drive/joint_states; without it nothing {use}{why}"
+
+    def why_unreadable(self, key: str) -> str:
+        """The end of a sentence on a series, or an array of it, that is missing: why it could not be read."""
+        return f"; {self.unreadable[key]}" if key in self.unreadable else ""
 
     def series(self) -> dict[str, Series]:
         """The series that the log holds, by their keys in the registry of topics and in its order."""

@@ -78,6 +78,11 @@ class TopicSamples:
         """Number of messages that could not be read, by the reason."""
         return sum((decoder.unreadable for decoder in self._decoders.values()), Counter[str]())
 
+    @property
+    def left_out(self) -> Counter[str]:
+        """Number of messages of which an array could not be read, by the reason."""
+        return sum((decoder.left_out for decoder in self._decoders.values()), Counter[str]())
+
     def add(self, block: MessageBlock, position: Integers, channel: Channel, file: Path) -> None:
         """Read messages of one channel; `position` is the place of each in the log."""
         number = channel.id & FILE_CHANNEL
@@ -188,20 +193,30 @@ class SampleCollector:
     def remarks(self, chosen: dict[str, TopicSamples]) -> list[str]:
         """Sentences on messages that could not be read, and on joints that share a topic."""
         notes: dict[str, None] = {}
+        read = {samples.match.topic for samples in chosen.values()}
         for samples in self.samples.values():
             match = samples.match
-            if match.is_shared and (samples.count or chosen):
-                continue  # the topic may be that of another machine
-            for why, count in samples.unreadable.items():
-                # Which series looked for the joints does not matter.
-                reason = why.rpartition(", none named")[0] or why if match.is_shared else why
-                hint = "; say which is which in a file for --topics" if "joint" in why else ""
-                notes[f"{match.topic}: {count} unreadable messages: {reason}{hint}"] = None
+            if match.is_shared and (match.topic in read or match.key in chosen):
+                continue  # it holds other joints, or nothing that is missing
+            notes |= dict.fromkeys(_not_read(samples))
+        for samples in chosen.values():
+            partly = samples.left_out.items()
+            notes |= dict.fromkeys(f"{samples.match.topic}: {count} messages: {why}" for why, count in partly)
         shared: dict[str, list[str]] = {}
         for samples in chosen.values():
             if samples.match.is_shared:
                 shared.setdefault(samples.match.topic, []).append(str(samples.match.joint))
         return [*notes, *(f"{topic}: holds the joints {', '.join(joints)}" for topic, joints in shared.items())]
+
+    def missing(self, chosen: dict[str, TopicSamples]) -> dict[str, str]:
+        """Why series are missing, by their keys, where the log holds messages that could be theirs."""
+        absent = [samples for samples in self.samples.values() if samples.match.key not in chosen]
+        reasons = {samples.match.key: "; ".join(_not_read(samples)) for samples in absent if samples.unreadable}
+        partly = {key: samples for key, samples in chosen.items() if samples.left_out}
+        return reasons | {
+            key: "; ".join(f"{samples.match.topic}: {why}" for why in samples.left_out)
+            for key, samples in partly.items()
+        }
 
     def _check_all_chosen(self, chosen: dict[str, TopicSamples], source: str) -> None:
         """Raise InputError where the log lacks a series that the topics file names."""
@@ -215,6 +230,25 @@ class SampleCollector:
                 f"{source}: {key}: no sample in topic {choice.topic}, which the topics file names"
                 f"{': ' if why else ''}{'; '.join(why)}"
             )
+
+
+def _not_read(samples: TopicSamples) -> list[str]:
+    """A sentence for each reason why messages of a series could not be read."""
+    match = samples.match
+    sentences = []
+    for why, count in samples.unreadable.items():
+        # Which series looked for the joints of a shared topic does not matter.
+        found = why.rpartition(", none named")[0] or why if match.is_shared else why
+        needed = f" (needs {' or '.join(_joints(match))})" if match.is_shared else ""
+        hint = "; say which is which in a file for --topics" if "joint" in why else ""
+        sentences.append(f"{match.topic}: {count} unreadable messages: {found}{needed}{hint}")
+    return sentences
+
+
+def _joints(match: SeriesMatch) -> list[str]:
+    """Names of the joints that a shared topic may hold."""
+    keys = next(keys for keys in SHARED_TOPICS.values() if match.key in keys)
+    return [TOPICS[key].joint for key in keys]
 
 
 def match_series(topic: str, type_name: str | None, topics: TopicMap) -> list[SeriesMatch] | str:

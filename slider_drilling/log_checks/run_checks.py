@@ -75,7 +75,7 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
         InputError: The log holds no top drive, so that nothing drives the plant.
     """
     if log.top_drive is None:
-        raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
+        raise InputError(log.lack_of_top_drive("drives the plant"))
     stamps = [*check_time_stamps(log, rig), *check_import(log)]
     if _any_unusable(stamps):
         return LogChecks(log, tuple(stamps))
@@ -90,9 +90,9 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     issues += block
     unchecked: dict[Check, str] = {} if rotates else {"block weight": _NO_ROTATION}
     rig = expected_levels.rig_off_bottom(log, rig)
-    issues += check_level("hook_load", expected_levels.hook_load(log, rig))
+    issues += check_level("hook_load", expected_levels.hook_load(log, rig), log.imported)
     issues += check_pump_unit(log, rig) or check_level(
-        "standpipe_pressure", expected_levels.standpipe_pressure(log, rig)
+        "standpipe_pressure", expected_levels.standpipe_pressure(log, rig), log.imported
     )
     idle = check_excitation(log, rig)
     if _any_unusable(issues) or idle:
@@ -101,7 +101,7 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     response = expected_levels.simulate_as_given(log, rig)
     if response is not None:
         torque = expected_levels.surface_torque(log, response.time, response.surface_torque)
-        issues += check_level("surface_torque", torque)
+        issues += check_level("surface_torque", torque, log.imported)
     issues += check_signs(log, rig, response)
     return LogChecks(log, tuple(issues), unchecked)
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from slider_drilling.log import RigLog
+from slider_drilling.log.import_record import ImportRecord
 from slider_drilling.log_checks.expected_levels import ExpectedLevel, standpipe_pressure
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
-from slider_drilling.units import KINDS, Quantity, sentence
+from slider_drilling.units import KINDS, Quantity, sentence, unit_factor
 
 # Kind of quantity of each channel, and the unit that it is shown in.
 _SHOWN = {"surface_torque": ("torque", "kN m"), "hook_load": ("force", "kN"), "standpipe_pressure": ("pressure", "bar")}
@@ -26,8 +28,14 @@ _OTHER_RIG = 0.1  # a level within this ratio may come from another rig; beyond 
 _FULL_TURN = 2.0 * math.pi + 0.05  # rad
 
 
-def check_level(channel: str, level: ExpectedLevel | None) -> list[LogIssue]:
-    """A level that no calibration reaches: wrong unit, or another rig's file."""
+def check_level(channel: str, level: ExpectedLevel | None, imported: ImportRecord | None = None) -> list[LogIssue]:
+    """A level that no calibration reaches: wrong unit, or another rig's file.
+
+    Args:
+        channel: Its name.
+        level: As measured and as expected; None where it is not known.
+        imported: What an import did, with the units that it took; None for a recorded log.
+    """
     if level is None or level.fits:
         return []
     kind, shown = _SHOWN[channel]
@@ -41,13 +49,22 @@ def check_level(channel: str, level: ExpectedLevel | None) -> list[LogIssue]:
         )  # fmt: skip
         return [LogIssue("unusable", channel, text, "units and levels")]
     ratio = abs(level.measured) / level.expected
-    units = _matching_units(ratio, {name: value for name, value in factors.items() if name != si})
-    pair = "" if units else _mistaken_unit(ratio, factors)
     mismatch = "log and rig file do not belong together; give this rig's own file with --rig"
+    taken = imported.units.get(channel, "") if imported is not None else ""
+    taken_factor = unit_factor(taken, kind) if taken else None
+    if taken_factor:
+        # The numbers are in another unit than the import was told: SI, too, may be the right one.
+        others = {name: value / taken_factor for name, value in factors.items() if value != taken_factor}
+        units, pair = _matching_units(ratio, others), ""
+    else:
+        units = _matching_units(ratio, {name: value for name, value in factors.items() if name != si})
+        pair = _mistaken_unit(ratio, [one for one in _MISTAKEN if not units or one in _THOUSANDS], factors)
+    named = f"{' or '.join(units[:2])}{f' that was imported as {taken}' if taken_factor else ''}"
+    named += f", or {pair}" if pair and units else ""
     if units and _OTHER_RIG < ratio < 1.0 / _OTHER_RIG:
-        advice = f"either it is in {' or '.join(units[:2])} and must be imported with that unit, or {mismatch}"
+        advice = f"either it is in {named} and must be imported with that unit, or {mismatch}"
     elif units:
-        advice = f"it looks like {' or '.join(units[:2])}; import it with that unit"
+        advice = f"it looks like {named}; import it with that unit"
     elif pair:
         advice = f"it looks like {pair}; import it with the right unit, or {mismatch}"
     else:
@@ -100,21 +117,24 @@ _MISTAKEN = (
     ("kN", "kdaN"), ("kdaN", "kN"), ("kN", "tf"), ("tf", "kN"), ("ft lbf", "N m"), ("N m", "ft lbf"),
     ("kft lbf", "kN m"), ("kN m", "kft lbf"), ("kft lbf", "ft lbf"), ("ft lbf", "kft lbf"), ("ft lbf", "kN m"),
     ("kN m", "ft lbf"), ("daN m", "kN m"), ("kN m", "daN m"), ("MPa", "psi"), ("psi", "MPa"),
-    ("kPa", "MPa"),
+    ("kPa", "MPa"), ("MPa", "kPa"),
 )  # fmt: skip
+# As far off as a unit that was never converted: kPa taken for Pa looks like MPa taken for kPa.
+_THOUSANDS = (("MPa", "kPa"), ("kft lbf", "ft lbf"))
 _NEAR_PAIR = 1.6  # ratio of levels within which a mistaken unit explains the level
 
 
-def _mistaken_unit(ratio: float, factors: dict[str, float]) -> str:
+def _mistaken_unit(ratio: float, pairs: Sequence[tuple[str, str]], factors: dict[str, float]) -> str:
     """The pairs of units that explain a measured over expected level, at most two, in words; empty where none does.
 
     Args:
         ratio: Measured over expected level.
+        pairs: Those that count.
         factors: Units of the quantity with their SI values.
     """
     if ratio <= 0.0:
         return ""
-    pairs = [(one, other) for one, other in _MISTAKEN if one in factors and other in factors]
+    pairs = [(one, other) for one, other in pairs if one in factors and other in factors]
     distance = {pair: abs(math.log(ratio * factors[pair[0]] / factors[pair[1]])) for pair in pairs}
     near = sorted((pair for pair in pairs if distance[pair] <= math.log(_NEAR_PAIR)), key=lambda pair: distance[pair])
     return ", or ".join(f"{unit} that was imported as {taken}" for unit, taken in near[:2])

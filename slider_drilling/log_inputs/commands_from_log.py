@@ -76,7 +76,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
             friction would drift to nothing meanwhile.
     """
     if log.top_drive is None:
-        raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
+        raise InputError(log.lack_of_top_drive("drives the plant"))
     drive = _usable(log.top_drive)
     count = len(drive.time)
     if count < 2:

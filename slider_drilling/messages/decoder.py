@@ -165,13 +165,16 @@ class MessageLayout:
     Attributes:
         values: First byte of each logged number; -1 for one that is not given.
         number: Of the layout, in the order in which a decoder met them.
+        left_out: Which arrays are not read, and why; empty where all are.
     """
 
     def __init__(
-        self, reader: CdrReader, data: bytes, places: _FieldPlaces, values: tuple[int, ...], number: int
-    ) -> None:
+        self, reader: CdrReader, data: bytes, places: _FieldPlaces, values: tuple[int, ...], number: int,
+        left_out: str = "",
+    ) -> None:  # fmt: skip
         self.values = values
         self.number = number
+        self.left_out = left_out
         self._order = reader.order
         fixed = np.ones(len(data), dtype=np.bool_)
         fixed[_STAMP : _STAMP + 8] = False
@@ -264,6 +267,7 @@ class TopicDecoder:
 
     Attributes:
         unreadable: Number of messages that could not be read, by the reason.
+        left_out: Number of messages of which an array could not be read, by the reason.
 
     Raises:
         InputError: The topic's type is not one whose numbers a log keeps.
@@ -277,6 +281,7 @@ class TopicDecoder:
         self._layouts: dict[int, list[MessageLayout]] = {}
         self._count = 0
         self.unreadable: Counter[str] = Counter()
+        self.left_out: Counter[str] = Counter()
 
     def decode_one(self, data: bytes) -> tuple[int, tuple[float, ...]]:
         """Stamp, ns, and logged numbers of a message, NaN where not given. Raises InputError where it is unreadable."""
@@ -310,6 +315,8 @@ class TopicDecoder:
             stamp[at], values[at] = layout.read(rows[fits])
             readable[at] = True
             numbers[at] = layout.number
+            if layout.left_out:
+                self.left_out[layout.left_out] += len(at)
             return left[~fits], rows[~fits]
 
         lengths = end - start
@@ -349,7 +356,7 @@ class TopicDecoder:
         except struct.error as error:
             raise InputError(f"no {self._type.short_name} in a message of {len(data)} bytes: {error}") from None
         self._count += 1
-        layout = MessageLayout(reader, data, places, values, self._count)
+        layout = MessageLayout(reader, data, places, values, self._count, self._left_out(places))
         if len(self._layouts) >= _MAX_LENGTHS:
             self._layouts.clear()
         known = self._layouts.setdefault(len(data), [])
@@ -372,6 +379,15 @@ class TopicDecoder:
             raise InputError(f"{joints} joint names ({', '.join(names)}) for {lengths} values")
         # In an array of another length it is not known which value is whose.
         return tuple(first + 8 * index if 0 < count == joints else -1 for first, count in found)
+
+    def _left_out(self, places: _FieldPlaces) -> str:
+        """Arrays of a joint message that have another length than its others, and so cannot be read."""
+        if "name" not in places.texts:
+            return ""
+        counts = {logged.path: places.numbers[logged.path][1] for logged in self._type.logged}
+        joints = len(places.texts["name"]) or max(counts.values(), default=0)
+        wrong = [f"{count} values of {path}" for path, count in counts.items() if count not in (0, joints)]
+        return f"{' and '.join(wrong)} for {joints} joints, of which each needs one: left out" if wrong else ""
 
     def _joint_index(self, names: list[str], joints: int) -> int:
         """Which joint of a message is the topic's. Raises InputError where that is unknown.

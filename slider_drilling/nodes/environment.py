@@ -25,7 +25,7 @@ WHEELS_VARIABLE = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 
 
 def prepare() -> None:
-    """Make `import rclpy` work in this process. Call it before any import of ROS.
+    """Make `import rclpy` work in this process. Call it before any import of ROS, and so before `rclpy.init`.
 
     A sourced ROS 2 takes precedence over the wheels of this Python environment. If LD_LIBRARY_PATH belongs to another
     environment, the process restarts itself with the right one, since the dynamic linker reads it at the start. DDS
@@ -47,9 +47,24 @@ def prepare() -> None:
         restart({"LD_LIBRARY_PATH": wanted})
     if _within(Path(spec.origin), sys.prefix):
         check_middleware(os.environ)
-        prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-        if sys.prefix not in prefixes:
-            os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+    add_share_folders(os.environ, Path(spec.origin))
+
+
+def add_share_folders(variables: MutableMapping[str, str], rclpy: Path) -> None:
+    """Make ROS find the message packages of the wheels, if its `rclpy` is theirs; of a sourced ROS 2 it does."""
+    prefixes = variables.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    if _within(rclpy, sys.prefix) and sys.prefix not in prefixes:
+        variables["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+
+
+def open_to_others(variables: Mapping[str, str]) -> str:
+    """Why DDS listens on every interface although nobody asked for it, and what to do; empty where that is not so."""
+    if variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or variables.get("ROS_LOCALHOST_ONLY") == "1":
+        return ""
+    return (
+        "everyone in this network can read and command the rig: this program has not called "
+        "slider_drilling.nodes.environment.prepare() before rclpy.init(); call it, or set ROS_AUTOMATIC_DISCOVERY_RANGE"
+    )
 
 
 def set_log_folder(variables: MutableMapping[str, str]) -> None:

@@ -7,11 +7,16 @@ in any executor an exception of one callback ends all the others.
 from __future__ import annotations
 
 import functools
+import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import rclpy
 from rclpy.node import Node
+
+from slider_drilling.nodes import environment
 
 LOG_PERIOD = 5.0  # s between two lines of one callback
 
@@ -44,7 +49,18 @@ def guarded(
 
 
 class GuardedNode(Node):
-    """A node whose subscriptions, timers and services cannot end the executor that runs them."""
+    """A node whose subscriptions, timers and services cannot end the executor that runs them.
+
+    It finds its messages and warns where others can reach it, also in a program that has not prepared the environment.
+    """
+
+    def __init__(self, node_name: str, **node_options: Any) -> None:
+        """`node_options`: passed to `rclpy.node.Node`."""
+        environment.add_share_folders(os.environ, Path(rclpy.__file__))
+        super().__init__(node_name, **node_options)
+        reason = environment.open_to_others(os.environ)
+        if reason:
+            self.get_logger().warning(reason)
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, *arguments: Any, **options: Any) -> Any:
         """A subscription; a message whose callback raises is dropped."""

@@ -46,9 +46,10 @@ def map_in_processes(function: Callable[..., T], calls: Iterable[tuple[object, .
 
     def run(call: tuple[object, ...]) -> T:
         worker = free.get()
-        result: T = worker.call(function, call)
-        free.put(worker)
-        return result
+        try:
+            return worker.call(function, call)
+        finally:
+            free.put(worker)  # after a failure, too: a thread that waits for it would keep the program from ending
 
     # One thread for each process, which waits for it.
     threads = concurrent.futures.ThreadPoolExecutor(max(len(workers), 1))

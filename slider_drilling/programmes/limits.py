@@ -105,12 +105,30 @@ def check_ranges(limits: StepLimits) -> None:
             raise LimitError(field.name, value, range_.unit, f"must be {ends}")
 
 
-def check_on_rig(limits: StepLimits, rig: Rig) -> None:
-    """Check that the top drive can give a torque limit, and that circulation leaves room below a pressure limit.
+def check_connections(limits: StepLimits, rig: Rig) -> None:
+    """Check that no torque limit is above the make-up torque of the weakest connection, if the rig file gives one.
+
+    To the left such a torque may open the connection, to the right it makes it up further.
 
     Raises:
-        LimitError: It cannot, or it does not.
+        LimitError: One is.
     """
+    weakest = rig.string.weakest_make_up_torque
+    for name, what in (("left_torque", "may back off"), ("right_torque", "makes up further")):
+        torque = getattr(limits, name)
+        if torque is not None and weakest is not None and torque > weakest:
+            given = displayed(weakest, "N m")
+            reason = sentence(f"{what} the weakest connection of the rig file, made up with ", given, "; give less")
+            raise LimitError(name, torque, "N m", str(reason))
+
+
+def check_on_rig(limits: StepLimits, rig: Rig) -> None:
+    """Check that string and top drive take a torque limit, and that circulation leaves room below a pressure limit.
+
+    Raises:
+        LimitError: They do not, or it does not.
+    """
+    check_connections(limits, rig)
     given = displayed(rig.top_drive.max_torque, "N m")
     for name, torque in (("right_torque", limits.right_torque), ("left_torque", limits.left_torque)):
         if torque is not None and torque > rig.top_drive.max_torque:

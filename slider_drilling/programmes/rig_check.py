@@ -7,7 +7,14 @@ import dataclasses
 from slider_drilling.control.block.auto_driller import AutoDriller
 from slider_drilling.control.interlocks.slide_interlocks import MIN_FLOW_SHARE, MIN_RATE
 from slider_drilling.errors import InputError
-from slider_drilling.programmes.limits import CIRCULATION_SHARE, EITHER, CompleteLimits, complete
+from slider_drilling.programmes.limits import (
+    CIRCULATION_SHARE,
+    EITHER,
+    CompleteLimits,
+    LimitError,
+    check_connections,
+    complete,
+)
 from slider_drilling.programmes.motion import DriveStates
 from slider_drilling.programmes.open_loop import initial_drives
 from slider_drilling.programmes.plan_motion import plan_motion
@@ -65,6 +72,13 @@ def _check_rig(programme: Programme, rig: Rig, source: str) -> None:
     if programme.drive_acceleration > rig.top_drive.max_acceleration:
         raise InputError(f"{source}: drive_acceleration = {programme.drive_acceleration:g} rad/s2: the top drive has "
                          f"{rig.top_drive.max_acceleration:g}")  # fmt: skip
+    given = {"limits": programme.limits}
+    given |= {f"steps[{index}].limits": step.limits for index, step in enumerate(programme.steps)}
+    for where, limits in given.items():
+        try:
+            check_connections(limits, rig)
+        except LimitError as error:
+            raise InputError(f"{source}: {where}.{error.name} = {error.reason}") from None
 
 
 def _check_speeds(step: Step, rig: Rig, where: str) -> None:

@@ -25,6 +25,7 @@ from slider_drilling.rocking_design.closed_forms import (
     weight_without_rocking,
 )
 from slider_drilling.rocking_design.steady_rocking import SteadyRocking, steady_rocking
+from slider_drilling.schema.option_types import check_option_types
 from slider_drilling.wellbore.broomstick import with_bit_at
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
@@ -67,6 +68,9 @@ class PlanOptions:
     back_off_torque: float | None = None
     period: float | None = None
     elements: int = 70
+
+    def __post_init__(self) -> None:
+        check_option_types(self, "rocking_plan")
 
 
 @dataclass(frozen=True)

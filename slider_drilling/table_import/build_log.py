@@ -57,7 +57,9 @@ def build_log(
         rig_source=None if rig_path is None else str(rig_path),
         metadata={},
         notes=tuple(found.notes),
-        imported=ImportRecord(tuple(found.checks), found.integrated),
+        imported=ImportRecord(
+            tuple(found.checks), found.integrated, {name: mapping.channels[name].unit for name in values}
+        ),
         **series,  # type: ignore[arg-type]
     )
     return mask_impossible_values(log)

@@ -24,6 +24,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.programmes import Programme
 from slider_drilling.programmes.limits import LimitError, StepLimits, check_on_rig, check_ranges
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_option_types
 
 MINUTES = 6.0
 EVALUATIONS = 300
@@ -59,6 +60,7 @@ class PlanTestOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        check_option_types(self, "plan_test")
         if not _SHORTEST <= self.minutes <= _LONGEST:
             raise InputError(f"minutes {self.minutes:g}: must be {_SHORTEST:g} to {_LONGEST:g} min")
         if not self.tool_face_swing > 0.0:

@@ -18,6 +18,7 @@ from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_option_types
 from slider_drilling.slide_scenarios.scenario import Scenario
 from slider_drilling.training.drawn_rigs import DrawnRig, assemble_rigs
 from slider_drilling.training.instruments import ANGLE, BIT_DEPTH, HOOK_LOAD, PRESSURE, SPEED, TOOL_FACE, TORQUE
@@ -59,6 +60,7 @@ class EpisodeOptions:
     threads: int | None = None
 
     def __post_init__(self) -> None:
+        check_option_types(self, "vector_env")
         if not (math.isfinite(self.duration) and self.duration >= 1.0):
             raise InputError(f"vector_env: duration = {self.duration}: give seconds, at least 1")
         if self.samples < 1:

@@ -55,7 +55,7 @@ class LogFeed:
         self.ended = False
         self._series = _series_of(mask_repeated_samples(log)[0])
         if CLOCK not in {key for key, _ in self._series}:
-            raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the twin")
+            raise InputError(log.lack_of_top_drive("drives the twin"))
         self._seconds = self._iterate()
 
     def poll(self) -> list[Samples]:

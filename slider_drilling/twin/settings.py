@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slider_drilling.errors import InputError
+from slider_drilling.schema.option_types import check_option_types
 
 LIMITS: dict[str, tuple[float, float]] = {
     "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0), "patience": (0.0, 60.0),
@@ -38,6 +39,7 @@ class TwinSettings:
     kept: float = 3600.0
 
     def __post_init__(self) -> None:
+        check_option_types(self, "twin")
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:

@@ -144,7 +144,7 @@ def test_gaps_are_shares_of_their_threshold() -> None:
     twin.set_thresholds({"surface_torque": 1.2})
     torque, tool_face = twin_json(twin, 0.0)["gaps"]
     assert torque == {"name": "surface torque", "share": 1.5, "quick": 2.5, "slow": 0.5, "shown": "1.80 of 1.20"}
-    nothing = {"share": None, "quick": None, "slow": None, "shown": "- (no threshold yet)"}
+    nothing = {"share": None, "quick": None, "slow": None, "shown": "- (no threshold)"}
     assert tool_face == {"name": "toolface", **nothing}
 
 

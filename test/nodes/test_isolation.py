@@ -48,6 +48,37 @@ def test_node_listens_on_loopback_only(start, listener):
         assert addresses and set(addresses) <= LOCAL, addresses
 
 
+PLAIN = """
+import rclpy
+from slider_drilling.nodes.log_player import LogPlayer
+rclpy.init(args=["--ros-args", "-p", "autostart:=false"])
+node = LogPlayer()
+print(node.get_name())
+node.destroy_node()
+rclpy.shutdown()
+"""
+
+
+@pytest.mark.parametrize("given", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}])
+def test_a_node_of_a_plain_program_works_and_says_who_can_reach_it(given):
+    """Without `environment.prepare`, which has set these variables in this process."""
+    left_out = ("AMENT_PREFIX_PATH", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+    variables = {name: value for name, value in os.environ.items() if name not in left_out} | given
+    ended = subprocess.run([sys.executable, "-c", PLAIN], env=variables, capture_output=True, text=True, timeout=120)
+    assert ended.stdout.split() == ["log_player"] and ended.returncode == 0, ended.stderr
+    assert ("everyone in this network can read and command the rig" in ended.stderr) == (not given)
+
+
+def test_the_program_of_the_page_runs_and_stays_within_this_machine(repository, tmp_path):
+    code = re.findall(r"```python\n(.*?)```", (repository / "docs/how_to/nodes.md").read_text(), re.DOTALL)[0]
+    variables = {name: value for name, value in os.environ.items() if name != "ROS_AUTOMATIC_DISCOVERY_RANGE"}
+    variables["PYTHONPATH"] = str(repository)
+    ended = subprocess.run([sys.executable, "-c", code], env=variables, cwd=tmp_path, capture_output=True, text=True,
+                           timeout=120)  # fmt: skip
+    assert ended.returncode == 0 and "recording to" in ended.stderr + ended.stdout, ended.stderr
+    assert "everyone in this network" not in ended.stderr
+
+
 def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
     variables = dict(os.environ)
     environment.restrict_to_loopback(variables)
