@@ -14,10 +14,12 @@ from slider_drilling.api.diagnose import diagnose
 from slider_drilling.api.what_changed import parse_since
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis import build_model, change_answer
+from slider_drilling.diagnosis import baseline as baseline_module
+from slider_drilling.diagnosis import build_model, change_answer, change_search
 from slider_drilling.diagnosis.baseline import fit_baseline
+from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.change_answer import ChangedParameter
-from slider_drilling.diagnosis.change_search import changed_beside, only_wandered
+from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
@@ -26,7 +28,7 @@ from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.diagnosis.undisturbed import calm_times
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.effects import effects_with
+from slider_drilling.effects import EFFECTS, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Parameter
 from slider_drilling.log import read_log
@@ -209,8 +211,42 @@ def _fitted(**values):
     (1.01, 1.0, ""), (1.1, 1.0, "friction_1"), (1.1, 1.09, ""), (1.1, 1.05, "friction_1"),
 ])  # fmt: skip
 def test_name_that_needs_another_change_is_none(moved, alone, beside):
-    tried = SimpleNamespace(fit=_fitted(friction_1=moved))
+    tried = SimpleNamespace(fit=_fitted(friction_1=moved), effect=SimpleNamespace(parameters=()))
     assert changed_beside(tried, _fitted(friction_1=alone)) == beside
+
+
+def _sensor(candidate):
+    """A candidate beside which a standing bias of the torque sensor has moved."""
+    bias = Parameter("torque_sensor_bias.bias", 50.0, -3e3, 3e3, 20.0, spread=30.0)
+    found = SimpleNamespace(parameters=[bias], values={bias.name: 900.0}, cost=0.0)
+    calibrated = SimpleNamespace(parameters=[bias], values={bias.name: 50.0})
+    own = (replace(bias, name=candidate),)
+    return TriedChange(SimpleNamespace(name=candidate, parameters=own), False, None, found, 100.0), calibrated
+
+
+def test_numbers_of_standing_effects_are_narrowed_and_counted(monkeypatch):
+    def within_bounds(problem, parameters, start):
+        assert all(each.lower <= start[each.name] <= each.upper for each in parameters)
+        return SimpleNamespace(parameters=parameters, values=start, cost=5.0)
+
+    monkeypatch.setattr(change_search, "fit", within_bounds)
+    tried, calibrated = _sensor("friction_change.share")
+    assert changed_beside(tried, calibrated) == "torque_sensor_bias.bias"
+    narrowed = change_search.within_wander(tried, calibrated)
+    assert (changed_beside(narrowed, calibrated), narrowed.gain) == ("", 95.0)
+
+
+def test_standing_effect_is_not_refused_for_its_own_number():
+    assert not changed_beside(*_sensor("torque_sensor_bias.bias"))
+
+
+def test_nothing_that_begins_or_grows_during_the_baseline_stands(monkeypatch):
+    scanned = []
+    monkeypatch.setattr(baseline_module, "scan_effects", lambda problem, found, effects: scanned.extend(effects))
+    monkeypatch.setattr(baseline_module, "screen", lambda scan: [SimpleNamespace(predicted_gain=0.0)])
+    baseline_module._standing_effects(None, None, list(catalogue(2000.0, 600.0)))
+    missing = set(EFFECTS) - {effect.name for effect in scanned}
+    assert missing == {"formation_change", "friction_drift"}
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def only_wandered(calibrated: Fit) -> bool:
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
     """A calibrated number that a candidate moves beyond three standard deviations, and beyond calibration; or empty."""
     values = tried.fit.values
-    for each in _shared(calibrated):
+    for each in _beside(tried, calibrated):
         # A fit at its bound is not beyond it, whatever its last digit.
         if each.name in values and abs(values[each.name] - each.nominal) > 1.001 * _farthest(each, calibrated):
             return each.name
@@ -122,6 +122,12 @@ def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
 def _shared(calibrated: Fit) -> list[Parameter]:
     """The calibrated numbers, without those of a single run."""
     return [each for each in calibrated.parameters if "@" not in each.name]
+
+
+def _beside(tried: TriedChange, calibrated: Fit) -> list[Parameter]:
+    """The calibrated numbers beside a candidate: those that are not its own, as a standing effect's may be."""
+    own = {each.name for each in tried.effect.parameters}
+    return [each for each in _shared(calibrated) if each.name not in own]
 
 
 def _farthest(parameter: Parameter, calibrated: Fit) -> float:
@@ -137,7 +143,7 @@ def within_wander(tried: TriedChange, calibrated: Fit) -> TriedChange:
     """
     if not changed_beside(tried, calibrated):
         return tried
-    spans = {each.name: _farthest(each, calibrated) for each in _shared(calibrated) if "." not in each.name}
+    spans = {each.name: _farthest(each, calibrated) for each in _beside(tried, calibrated)}
     narrow = [_narrowed(each, spans.get(each.name, math.inf)) for each in tried.fit.parameters]
     start = {each.name: float(np.clip(tried.fit.values[each.name], each.lower, each.upper)) for each in narrow}
     found = fit(tried.problem, narrow, tried.fit.values | start)
