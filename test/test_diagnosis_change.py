@@ -19,7 +19,7 @@ from slider_drilling.diagnosis import build_model, change_answer, change_search
 from slider_drilling.diagnosis.baseline import fit_baseline
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.change_answer import ChangedParameter
-from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, only_wandered
+from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, found_by_calibration, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
@@ -74,6 +74,14 @@ def baseline(logs):
 def test_same_rig_is_not_different(baseline, logs):
     found = diagnose_change(baseline, [logs["same"]], short_rig())
     assert (found.verdict, found.effects) == ("none", ())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("torque", "pressure"), [(0.02, 1.0), (-0.02, 1.0), (0.01, 0.9975), (-0.01, 1.0025)])
+def test_numbers_that_wander_get_no_name(baseline, tmp_path, torque, pressure):
+    """Motor torque within two of its standard deviations, circulating pressure within one."""
+    wandered = _log(tmp_path, "wandered", 7, pressure, motor_wear={"torque_loss": torque})
+    assert diagnose_change(baseline, [wandered], short_rig()).effects == ()
 
 
 def test_lost_motor_torque_is_the_change(baseline, logs):
@@ -261,6 +269,42 @@ def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, bef
     search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=before), seen_in="standpipe_pressure")
     assert change_answer._explains_another_channel(tried, search) == refused
     assert not change_answer._explains_another_channel(tried, SimpleNamespace(**vars(search) | {"seen_in": None}))
+
+
+def _calibrated(**deviations):
+    """Calibrated numbers, by how many standard deviations each has moved."""
+    names = ("friction_1", "friction_2", "motor_gain", "pressure_gain", "torque_offset")
+    nominal = {"torque_offset": 0.0}
+    parameters = [Parameter(name, nominal.get(name, 1.0), -2.0, 3.0, 0.05, spread=0.02) for name in names]
+    values = {each.name: each.nominal + 0.02 * deviations.get(each.name, 0.0) for each in parameters}
+    return SimpleNamespace(parameters=parameters, values=values)
+
+
+@pytest.mark.parametrize(("deviations", "found"), [
+    ({"motor_gain": -5.5}, {"motor_wear"}), ({"motor_gain": -5.5, "friction_1": 2.9}, {"motor_wear"}),
+    ({"motor_gain": -4.9}, set()), ({"motor_gain": 5.5}, set()), ({"motor_gain": -5.5, "friction_1": 3.1}, set()),
+    ({"motor_gain": -5.5, "torque_offset": 5.5}, set()), ({"torque_offset": 9.0}, set()),
+    ({"pressure_gain": -6.0}, {"washout"}), ({"pressure_gain": 6.0}, {"plugged_nozzle"}), ({}, set()),
+    ({"friction_1": 6.0}, set()), ({"friction_1": 6.0, "friction_2": 3.5}, {"friction_change"}),
+    ({"friction_1": 6.0, "friction_2": -6.0}, set()),
+])  # fmt: skip
+def test_one_number_far_beyond_its_wander_is_the_change(deviations, found):
+    assert found_by_calibration(_calibrated(**deviations)) == found
+
+
+@pytest.mark.parametrize(("motor_gain", "spread"), [(-5.5, 1.0), (-4.9, change_answer.SPREAD_OF_ANSWERS)])
+def test_what_calibration_has_found_needs_no_wider_interval(monkeypatch, motor_gain, spread):
+    """Calibration explains the difference, too: by this one number, or near what numbers wander."""
+    asked = []
+    monkeypatch.setattr(change_answer, "differs_from_none", lambda tried, spread: asked.append(spread) or True)
+    for name in ("usual_gap", "largest_gap"):
+        monkeypatch.setattr(change_answer, name, lambda problem, residual: residual)
+    monkeypatch.setattr(change_answer, "is_physical_and_material", lambda tried: True)
+    calibrated = SimpleNamespace(residual=1.0, **vars(_calibrated(motor_gain=motor_gain)))
+    search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=3.0), calibrated=calibrated)
+    effect = SimpleNamespace(name="motor_wear", parameters=(), is_physical=lambda values: True)
+    tried = SimpleNamespace(effect=effect, fit=SimpleNamespace(values={}), gain=90.0, gap=1.0)
+    assert change_answer.why_unsupported(tried, search) == "" and asked == [spread]
 
 
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])

@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, changed_beside, only_wandered
+from slider_drilling.diagnosis.change_search import (
+    ChangeSearch,
+    TriedChange,
+    changed_beside,
+    found_by_calibration,
+    only_wandered,
+)
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
 from slider_drilling.gap.evidence.compare import share_closed
@@ -174,7 +180,8 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
-    if not differs_from_none(tried, SPREAD_OF_ANSWERS if calibration_is_enough else 1.0):
+    may_be_none = calibration_is_enough and tried.effect.name not in found_by_calibration(search.calibrated)
+    if not differs_from_none(tried, SPREAD_OF_ANSWERS if may_be_none else 1.0):
         return "its size is not significantly different from none"
     return ""
 
