@@ -224,7 +224,26 @@ def _refused(search: ChangeSearch) -> dict[str, str]:
     refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
     supported = [each for each in search.tried if each.effect.name not in refused]
     elsewhere = [each for each in supported if _explains_another_channel(each, search)]
-    return refused | refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))
+    refused |= refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))
+    return refused | refused_behind(search.tried, refused)
+
+
+def refused_behind(tried: Sequence[TriedChange], refused: Mapping[str, str]) -> dict[str, str]:
+    """Why candidates have no name that explain clearly less than one that has none either, by their names.
+
+    A candidate whose fitted value is not physical stands before no other.
+
+    Args:
+        tried: Fitted candidates.
+        refused: Those of them that may not be named, by name.
+    """
+    unconfirmed = [each for each in tried if each.effect.name in refused and each.effect.is_physical(each.fit.values)]
+    if not unconfirmed:
+        return {}
+    most = max(unconfirmed, key=lambda each: each.gain)
+    why = f"{plain_name(most.effect.name)} explains more, but was not confirmed"
+    behind = [each.effect.name for each in tried if each.gain < _least_gain_beside(most)]
+    return {name: why for name in behind if name not in refused}
 
 
 def refused_by_channel(
@@ -252,9 +271,13 @@ def _indistinguishable(supported: Sequence[TriedChange]) -> list[TriedChange]:
     """The best candidate and those that explain nearly as much, best first."""
     if not supported:
         return []
-    best = max(supported, key=lambda each: each.gain)
-    margin = max(_SAME_GAIN, _SAME_SHARE * best.gain)
-    return sorted((each for each in supported if each.gain >= best.gain - margin), key=lambda each: -each.gain)
+    least = _least_gain_beside(max(supported, key=lambda each: each.gain))
+    return sorted((each for each in supported if each.gain >= least), key=lambda each: -each.gain)
+
+
+def _least_gain_beside(best: TriedChange) -> float:
+    """Gain from which a candidate explains about as much as a better one."""
+    return best.gain - max(_SAME_GAIN, _SAME_SHARE * best.gain)
 
 
 def _likely_site(others: Sequence[TriedChange], verdict: str) -> str | None:
