@@ -271,18 +271,26 @@ def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, bef
     assert not change_answer._explains_another_channel(tried, SimpleNamespace(**vars(search) | {"seen_in": None}))
 
 
+def _tried(name, gain, physical=True):
+    effect = SimpleNamespace(name=name, is_physical=lambda values: physical)
+    return TriedChange(effect, False, None, SimpleNamespace(values={}), gain)
+
+
 @pytest.mark.parametrize(("gain", "physical", "behind"), [
     (840.0, True, {"dulling_bit"}), (840.0, False, set()), (670.0, True, set()), (500.0, True, set()),
 ])  # fmt: skip
 def test_none_has_a_name_far_behind_one_that_has_none(gain, physical, behind):
     """Whatever but its sign kept the better one from a name."""
-
-    def tried(name, gain, physical=True):
-        effect = SimpleNamespace(name=name, is_physical=lambda values: physical)
-        return TriedChange(effect, False, None, SimpleNamespace(values={}), gain)
-
-    candidates = [tried("cuttings_bed", gain, physical), tried("dulling_bit", 540.0)]
+    candidates = [_tried("cuttings_bed", gain, physical), _tried("dulling_bit", 540.0)]
     assert set(change_answer.refused_behind(candidates, {"cuttings_bed": "its size is not known"})) == behind
+
+
+def test_both_shapes_are_tried_of_candidates_of_the_right_sign():
+    candidates = [
+        _tried("stribeck", 20.0), _tried("plugged_nozzle", 310.0, physical=False), _tried("friction_change", 21.0),
+        _tried("motor_wear", 303.0, physical=False), _tried("washout", 69.0),
+    ]  # fmt: skip
+    assert change_search.worth_both_shapes(candidates) == ["washout", "friction_change"]
 
 
 def _calibrated(**deviations):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_
 
 # Candidates that are fitted, of all that are scanned; the first of them from two starts.
 _FITTED, _FROM_TWO_STARTS = 6, 3
-_BOTH_SHAPES = 2  # of the best candidates are fitted as a step and as a ramp
+_BOTH_SHAPES = 2  # of the best candidates of the right sign are fitted as a step and as a ramp
 _MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
 # Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
 # the share of its gain that a candidate keeps within them, if it needs none.
@@ -93,15 +93,19 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
         _fit_change(problem, calibrated, each, growing, rank < _FROM_TWO_STARTS, baseline.chance_gains)
         for rank, (each, growing) in enumerate(entries[: _FITTED + len(first)])
     ]
-    tried.sort(key=lambda each: -each.gain)
-    for index, each in enumerate(tried[:_BOTH_SHAPES]):
-        other = ScreenedEffect(each.effect, each.gain, (each.fit.values,))
-        tried[index] = max(
-            (each, _fit_change(problem, calibrated, other, not each.growing, False, baseline.chance_gains)),
-            key=lambda one: one.gain,
-        )
+    likely = worth_both_shapes(tried)
+    tried = [
+        _in_better_shape(problem, calibrated, each, baseline.chance_gains) if each.effect.name in likely else each
+        for each in tried
+    ]
     tried = sorted((within_wander(each, calibrated) for each in tried), key=lambda each: -each.gain)
     return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def worth_both_shapes(tried: Sequence[TriedChange]) -> list[str]:
+    """Names of the candidates that are fitted as a step and as a ramp: the best that may be named by their sign."""
+    physical = [each for each in tried if each.effect.is_physical(each.fit.values)]
+    return [each.effect.name for each in sorted(physical, key=lambda each: -each.gain)[:_BOTH_SHAPES]]
 
 
 def only_wandered(calibrated: Fit) -> bool:
@@ -259,6 +263,13 @@ def _fit_change(
     return TriedChange(
         effect, growing, shaped, found, reference - found.cost - chance.get(effect.name, 0.0) * problem.size
     )
+
+
+def _in_better_shape(problem: Problem, calibrated: Fit, tried: TriedChange, chance: Mapping[str, float]) -> TriedChange:
+    """A candidate as a step or as a ramp, whichever gains more."""
+    other = ScreenedEffect(tried.effect, tried.gain, (tried.fit.values,))
+    reshaped = _fit_change(problem, calibrated, other, not tried.growing, False, chance)
+    return max((tried, reshaped), key=lambda each: each.gain)
 
 
 def all_values(model: ChangedString, found: Fit) -> dict[str, float]:
