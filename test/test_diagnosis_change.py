@@ -14,10 +14,12 @@ from slider_drilling.api.diagnose import diagnose
 from slider_drilling.api.what_changed import parse_since
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis import build_model, change_answer
+from slider_drilling.diagnosis import baseline as baseline_module
+from slider_drilling.diagnosis import build_model, change_answer, change_search
 from slider_drilling.diagnosis.baseline import fit_baseline
+from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.change_answer import ChangedParameter
-from slider_drilling.diagnosis.change_search import changed_beside, only_wandered
+from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, found_by_calibration, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
@@ -26,7 +28,7 @@ from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.diagnosis.undisturbed import calm_times
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.effects import effects_with
+from slider_drilling.effects import EFFECTS, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Parameter
 from slider_drilling.log import read_log
@@ -72,6 +74,14 @@ def baseline(logs):
 def test_same_rig_is_not_different(baseline, logs):
     found = diagnose_change(baseline, [logs["same"]], short_rig())
     assert (found.verdict, found.effects) == ("none", ())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("torque", "pressure"), [(0.02, 1.0), (-0.02, 1.0), (0.01, 0.9975), (-0.01, 1.0025)])
+def test_numbers_that_wander_get_no_name(baseline, tmp_path, torque, pressure):
+    """Motor torque within two of its standard deviations, circulating pressure within one."""
+    wandered = _log(tmp_path, "wandered", 7, pressure, motor_wear={"torque_loss": torque})
+    assert diagnose_change(baseline, [wandered], short_rig()).effects == ()
 
 
 def test_lost_motor_torque_is_the_change(baseline, logs):
@@ -209,8 +219,42 @@ def _fitted(**values):
     (1.01, 1.0, ""), (1.1, 1.0, "friction_1"), (1.1, 1.09, ""), (1.1, 1.05, "friction_1"),
 ])  # fmt: skip
 def test_name_that_needs_another_change_is_none(moved, alone, beside):
-    tried = SimpleNamespace(fit=_fitted(friction_1=moved))
+    tried = SimpleNamespace(fit=_fitted(friction_1=moved), effect=SimpleNamespace(parameters=()))
     assert changed_beside(tried, _fitted(friction_1=alone)) == beside
+
+
+def _sensor(candidate):
+    """A candidate beside which a standing bias of the torque sensor has moved."""
+    bias = Parameter("torque_sensor_bias.bias", 50.0, -3e3, 3e3, 20.0, spread=30.0)
+    found = SimpleNamespace(parameters=[bias], values={bias.name: 900.0}, cost=0.0)
+    calibrated = SimpleNamespace(parameters=[bias], values={bias.name: 50.0})
+    own = (replace(bias, name=candidate),)
+    return TriedChange(SimpleNamespace(name=candidate, parameters=own), False, None, found, 100.0), calibrated
+
+
+def test_numbers_of_standing_effects_are_narrowed_and_counted(monkeypatch):
+    def within_bounds(problem, parameters, start):
+        assert all(each.lower <= start[each.name] <= each.upper for each in parameters)
+        return SimpleNamespace(parameters=parameters, values=start, cost=5.0)
+
+    monkeypatch.setattr(change_search, "fit", within_bounds)
+    tried, calibrated = _sensor("friction_change.share")
+    assert changed_beside(tried, calibrated) == "torque_sensor_bias.bias"
+    narrowed = change_search.within_wander(tried, calibrated)
+    assert (changed_beside(narrowed, calibrated), narrowed.gain) == ("", 95.0)
+
+
+def test_standing_effect_is_not_refused_for_its_own_number():
+    assert not changed_beside(*_sensor("torque_sensor_bias.bias"))
+
+
+def test_nothing_that_begins_or_grows_during_the_baseline_stands(monkeypatch):
+    scanned = []
+    monkeypatch.setattr(baseline_module, "scan_effects", lambda problem, found, effects: scanned.extend(effects))
+    monkeypatch.setattr(baseline_module, "screen", lambda scan: [SimpleNamespace(predicted_gain=0.0)])
+    baseline_module._standing_effects(None, None, list(catalogue(2000.0, 600.0)))
+    missing = set(EFFECTS) - {effect.name for effect in scanned}
+    assert missing == {"formation_change", "friction_drift"}
 
 
 @pytest.mark.parametrize(
@@ -225,6 +269,64 @@ def test_name_explains_the_channel_in_which_the_change_was_seen(monkeypatch, bef
     search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=before), seen_in="standpipe_pressure")
     assert change_answer._explains_another_channel(tried, search) == refused
     assert not change_answer._explains_another_channel(tried, SimpleNamespace(**vars(search) | {"seen_in": None}))
+
+
+def _tried(name, gain, physical=True):
+    effect = SimpleNamespace(name=name, is_physical=lambda values: physical)
+    return TriedChange(effect, False, None, SimpleNamespace(values={}), gain)
+
+
+@pytest.mark.parametrize(("gain", "physical", "behind"), [
+    (840.0, True, {"dulling_bit"}), (840.0, False, set()), (670.0, True, set()), (500.0, True, set()),
+])  # fmt: skip
+def test_none_has_a_name_far_behind_one_that_has_none(gain, physical, behind):
+    """Whatever but its sign kept the better one from a name."""
+    candidates = [_tried("cuttings_bed", gain, physical), _tried("dulling_bit", 540.0)]
+    assert set(change_answer.refused_behind(candidates, {"cuttings_bed": "its size is not known"})) == behind
+
+
+def test_both_shapes_are_tried_of_candidates_of_the_right_sign():
+    candidates = [
+        _tried("stribeck", 20.0), _tried("plugged_nozzle", 310.0, physical=False), _tried("friction_change", 21.0),
+        _tried("motor_wear", 303.0, physical=False), _tried("washout", 69.0),
+    ]  # fmt: skip
+    assert change_search.worth_both_shapes(candidates) == ["washout", "friction_change"]
+
+
+def _calibrated(**deviations):
+    """Calibrated numbers, by how many standard deviations each has moved."""
+    names = ("friction_1", "friction_2", "motor_gain", "pressure_gain", "torque_offset")
+    nominal = {"torque_offset": 0.0}
+    parameters = [Parameter(name, nominal.get(name, 1.0), -2.0, 3.0, 0.05, spread=0.02) for name in names]
+    values = {each.name: each.nominal + 0.02 * deviations.get(each.name, 0.0) for each in parameters}
+    return SimpleNamespace(parameters=parameters, values=values)
+
+
+@pytest.mark.parametrize(("deviations", "found"), [
+    ({"motor_gain": -5.5}, {"motor_wear"}), ({"motor_gain": -5.5, "friction_1": 2.9}, {"motor_wear"}),
+    ({"motor_gain": -4.9}, set()), ({"motor_gain": 5.5}, set()), ({"motor_gain": -5.5, "friction_1": 3.1}, set()),
+    ({"motor_gain": -5.5, "torque_offset": 5.5}, set()), ({"torque_offset": 9.0}, set()),
+    ({"pressure_gain": -6.0}, {"washout"}), ({"pressure_gain": 6.0}, {"plugged_nozzle"}), ({}, set()),
+    ({"friction_1": 6.0}, set()), ({"friction_1": 6.0, "friction_2": 3.5}, {"friction_change"}),
+    ({"friction_1": 6.0, "friction_2": -6.0}, set()),
+])  # fmt: skip
+def test_one_number_far_beyond_its_wander_is_the_change(deviations, found):
+    assert found_by_calibration(_calibrated(**deviations)) == found
+
+
+@pytest.mark.parametrize(("motor_gain", "spread"), [(-5.5, 1.0), (-4.9, change_answer.SPREAD_OF_ANSWERS)])
+def test_what_calibration_has_found_needs_no_wider_interval(monkeypatch, motor_gain, spread):
+    """Calibration explains the difference, too: by this one number, or near what numbers wander."""
+    asked = []
+    monkeypatch.setattr(change_answer, "differs_from_none", lambda tried, spread: asked.append(spread) or True)
+    for name in ("usual_gap", "largest_gap"):
+        monkeypatch.setattr(change_answer, name, lambda problem, residual: residual)
+    monkeypatch.setattr(change_answer, "is_physical_and_material", lambda tried: True)
+    calibrated = SimpleNamespace(residual=1.0, **vars(_calibrated(motor_gain=motor_gain)))
+    search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=3.0), calibrated=calibrated)
+    effect = SimpleNamespace(name="motor_wear", parameters=(), is_physical=lambda values: True)
+    tried = SimpleNamespace(effect=effect, fit=SimpleNamespace(values={}), gain=90.0, gap=1.0)
+    assert change_answer.why_unsupported(tried, search) == "" and asked == [spread]
 
 
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])

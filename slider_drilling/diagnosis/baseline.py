@@ -16,6 +16,7 @@ from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
 from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
+from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floors, sigmas
@@ -140,8 +141,12 @@ def chance_gains(problem: Problem, found: Fit, candidates: Sequence[Effect]) -> 
 
 
 def _standing_effects(problem: Problem, found: Fit, effects: list[Effect]) -> tuple[tuple[Effect, ...], Fit]:
-    """Effects that close a good part of the baseline's gap, and the fit with them."""
+    """Effects that close a good part of the baseline's gap, and the fit with them.
+
+    None that begins or grows during the baseline: a later log has a time of its own.
+    """
     standing: list[Effect] = []
+    effects = [effect for effect in effects if not EFFECTS[effect.name].during_run]
     for _ in range(_MAX_STANDING):
         remaining = [effect for effect in effects if effect.name not in {own.name for own in standing}]
         best = screen(scan_effects(problem, found, remaining))[0]

@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, changed_beside, only_wandered
+from slider_drilling.diagnosis.change_search import (
+    ChangeSearch,
+    TriedChange,
+    changed_beside,
+    found_by_calibration,
+    only_wandered,
+)
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
 from slider_drilling.gap.evidence.compare import share_closed
@@ -174,7 +180,8 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
-    if not differs_from_none(tried, SPREAD_OF_ANSWERS if calibration_is_enough else 1.0):
+    may_be_none = calibration_is_enough and tried.effect.name not in found_by_calibration(search.calibrated)
+    if not differs_from_none(tried, SPREAD_OF_ANSWERS if may_be_none else 1.0):
         return "its size is not significantly different from none"
     return ""
 
@@ -217,7 +224,26 @@ def _refused(search: ChangeSearch) -> dict[str, str]:
     refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
     supported = [each for each in search.tried if each.effect.name not in refused]
     elsewhere = [each for each in supported if _explains_another_channel(each, search)]
-    return refused | refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))
+    refused |= refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))
+    return refused | refused_behind(search.tried, refused)
+
+
+def refused_behind(tried: Sequence[TriedChange], refused: Mapping[str, str]) -> dict[str, str]:
+    """Why candidates have no name that explain clearly less than one that has none either, by their names.
+
+    A candidate whose fitted value is not physical stands before no other.
+
+    Args:
+        tried: Fitted candidates.
+        refused: Those of them that may not be named, by name.
+    """
+    unconfirmed = [each for each in tried if each.effect.name in refused and each.effect.is_physical(each.fit.values)]
+    if not unconfirmed:
+        return {}
+    most = max(unconfirmed, key=lambda each: each.gain)
+    why = f"{plain_name(most.effect.name)} explains more, but was not confirmed"
+    behind = [each.effect.name for each in tried if each.gain < _least_gain_beside(most)]
+    return {name: why for name in behind if name not in refused}
 
 
 def refused_by_channel(
@@ -245,9 +271,13 @@ def _indistinguishable(supported: Sequence[TriedChange]) -> list[TriedChange]:
     """The best candidate and those that explain nearly as much, best first."""
     if not supported:
         return []
-    best = max(supported, key=lambda each: each.gain)
-    margin = max(_SAME_GAIN, _SAME_SHARE * best.gain)
-    return sorted((each for each in supported if each.gain >= best.gain - margin), key=lambda each: -each.gain)
+    least = _least_gain_beside(max(supported, key=lambda each: each.gain))
+    return sorted((each for each in supported if each.gain >= least), key=lambda each: -each.gain)
+
+
+def _least_gain_beside(best: TriedChange) -> float:
+    """Gain from which a candidate explains about as much as a better one."""
+    return best.gain - max(_SAME_GAIN, _SAME_SHARE * best.gain)
 
 
 def _likely_site(others: Sequence[TriedChange], verdict: str) -> str | None:

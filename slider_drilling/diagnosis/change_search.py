@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,11 +21,12 @@ from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_
 
 # Candidates that are fitted, of all that are scanned; the first of them from two starts.
 _FITTED, _FROM_TWO_STARTS = 6, 3
-_BOTH_SHAPES = 2  # of the best candidates are fitted as a step and as a ramp
+_BOTH_SHAPES = 2  # of the best candidates of the right sign are fitted as a step and as a ramp
 _MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
 # Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
 # the share of its gain that a candidate keeps within them, if it needs none.
 _WANDERED, _KEPT = 3.0, 0.8
+_CHANGED = 5.0  # the same of a number that has changed for certain, while all others have only wandered
 
 
 @dataclass(frozen=True)
@@ -92,15 +93,19 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
         _fit_change(problem, calibrated, each, growing, rank < _FROM_TWO_STARTS, baseline.chance_gains)
         for rank, (each, growing) in enumerate(entries[: _FITTED + len(first)])
     ]
-    tried.sort(key=lambda each: -each.gain)
-    for index, each in enumerate(tried[:_BOTH_SHAPES]):
-        other = ScreenedEffect(each.effect, each.gain, (each.fit.values,))
-        tried[index] = max(
-            (each, _fit_change(problem, calibrated, other, not each.growing, False, baseline.chance_gains)),
-            key=lambda one: one.gain,
-        )
+    likely = worth_both_shapes(tried)
+    tried = [
+        _in_better_shape(problem, calibrated, each, baseline.chance_gains) if each.effect.name in likely else each
+        for each in tried
+    ]
     tried = sorted((within_wander(each, calibrated) for each in tried), key=lambda each: -each.gain)
     return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def worth_both_shapes(tried: Sequence[TriedChange]) -> list[str]:
+    """Names of the candidates that are fitted as a step and as a ramp: the best that may be named by their sign."""
+    physical = [each for each in tried if each.effect.is_physical(each.fit.values)]
+    return [each.effect.name for each in sorted(physical, key=lambda each: -each.gain)[:_BOTH_SHAPES]]
 
 
 def only_wandered(calibrated: Fit) -> bool:
@@ -109,10 +114,32 @@ def only_wandered(calibrated: Fit) -> bool:
     return all(abs(calibrated.values[each.name] - each.nominal) <= _WANDERED * each.spread for each in shared)
 
 
+def found_by_calibration(calibrated: Fit) -> set[str]:
+    """Changes of the rig's numbers that calibration alone has found: a number far off, and no other beyond its wander.
+
+    One number, or all that a change multiplies together, the farthest of them beyond five standard deviations.
+    """
+    shared = _shared(calibrated)
+    moved = {each.name: calibrated.values[each.name] - each.nominal for each in shared}
+    far = [each for each in shared if abs(moved[each.name]) > _WANDERED * each.spread]
+    if all(abs(moved[each.name]) <= _CHANGED * each.spread for each in far):
+        return set()
+    # Of a zero there is no share.
+    shares = {each.name: moved[each.name] / each.nominal if each.nominal else math.nan for each in far}
+    if len(set(np.sign(list(shares.values())))) > 1:
+        return set()
+    share = next(iter(shares.values()))
+    stands_for = {each.name: set(changes_of_number(each.name, share)) for each in shared}
+    return {
+        name for name in set.intersection(*(stands_for[own] for own in shares))
+        if all(own in shares for own, names in stands_for.items() if name in names)
+    }  # fmt: skip
+
+
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
     """A calibrated number that a candidate moves beyond three standard deviations, and beyond calibration; or empty."""
     values = tried.fit.values
-    for each in _shared(calibrated):
+    for each in _beside(tried, calibrated):
         # A fit at its bound is not beyond it, whatever its last digit.
         if each.name in values and abs(values[each.name] - each.nominal) > 1.001 * _farthest(each, calibrated):
             return each.name
@@ -122,6 +149,12 @@ def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
 def _shared(calibrated: Fit) -> list[Parameter]:
     """The calibrated numbers, without those of a single run."""
     return [each for each in calibrated.parameters if "@" not in each.name]
+
+
+def _beside(tried: TriedChange, calibrated: Fit) -> list[Parameter]:
+    """The calibrated numbers beside a candidate: those that are not its own, as a standing effect's may be."""
+    own = {each.name for each in tried.effect.parameters}
+    return [each for each in _shared(calibrated) if each.name not in own]
 
 
 def _farthest(parameter: Parameter, calibrated: Fit) -> float:
@@ -137,7 +170,7 @@ def within_wander(tried: TriedChange, calibrated: Fit) -> TriedChange:
     """
     if not changed_beside(tried, calibrated):
         return tried
-    spans = {each.name: _farthest(each, calibrated) for each in _shared(calibrated) if "." not in each.name}
+    spans = {each.name: _farthest(each, calibrated) for each in _beside(tried, calibrated)}
     narrow = [_narrowed(each, spans.get(each.name, math.inf)) for each in tried.fit.parameters]
     start = {each.name: float(np.clip(tried.fit.values[each.name], each.lower, each.upper)) for each in narrow}
     found = fit(tried.problem, narrow, tried.fit.values | start)
@@ -230,6 +263,13 @@ def _fit_change(
     return TriedChange(
         effect, growing, shaped, found, reference - found.cost - chance.get(effect.name, 0.0) * problem.size
     )
+
+
+def _in_better_shape(problem: Problem, calibrated: Fit, tried: TriedChange, chance: Mapping[str, float]) -> TriedChange:
+    """A candidate as a step or as a ramp, whichever gains more."""
+    other = ScreenedEffect(tried.effect, tried.gain, (tried.fit.values,))
+    reshaped = _fit_change(problem, calibrated, other, not tried.growing, False, chance)
+    return max((tried, reshaped), key=lambda each: each.gain)
 
 
 def all_values(model: ChangedString, found: Fit) -> dict[str, float]:

@@ -255,6 +255,7 @@ FRICTION_DRIFT = EffectDefinition(
     sizes=Sizes(usual={"rate": 4e-4}, small={"rate": 1e-4}, large={"rate": 4e-4}, material={"rate": 0.02 / 60.0}),
     phrase=_friction_drift_phrase,
     draw=lambda random, length, duration: {"rate": random.uniform(-0.2, 0.4) / duration},
+    during_run=True,
 )  # fmt: skip
 
 

@@ -133,6 +133,7 @@ class EffectDefinition:
         visible: Whether logs with these channels, on or off bottom, can show it at all.
         per_run: Keys of the fit of which each of several runs has its own value, such as when something happened in it;
             and what the search adds to it in later runs.
+        during_run: Whether it begins or grows with the time since the run began: another run does not share it.
         to_rig_file: Converts fitted values to those of the rig file, given the string's length in m; None where they
             are the same.
         reported: Returns the parameters whose intervals are reported where `search` frees other ones.
@@ -149,6 +150,7 @@ class EffectDefinition:
     nonphysical: str = "its opposite"
     visible: Callable[[Sequence[str], bool], bool] = _visible_in_any_log
     per_run: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    during_run: bool = False
     to_rig_file: Callable[[Values, float], Values] | None = None
     reported: Callable[[float], tuple[FitParameter, ...]] = field(default=lambda length: ())
 

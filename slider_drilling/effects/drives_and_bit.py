@@ -251,6 +251,7 @@ FORMATION_CHANGE = EffectDefinition(
     },
     visible=lambda channels, off_bottom: not off_bottom,
     per_run={"time": (0.0,)},
+    during_run=True,
 )  # fmt: skip
 
 
