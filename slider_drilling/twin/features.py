@@ -52,7 +52,7 @@ def features(innovation: Array, expected: Array, sensitivity: Array, noise: dict
         known = np.isfinite(innovation[:, row])
         if known.sum() < max(_MIN_SHARE * known.size, 20):
             continue
-        shapes = _shapes(expected[:, row], _LEAST_SHAPE * sigma)[known]
+        shapes = shapes_of(expected[:, row], _LEAST_SHAPE * sigma)[known]
         solve = np.linalg.pinv(shapes)
         coefficients = solve @ innovation[known, row] / sigma
         rest = innovation[known, row] / sigma - shapes @ coefficients
@@ -64,8 +64,8 @@ def features(innovation: Array, expected: Array, sensitivity: Array, noise: dict
     return found
 
 
-def _shapes(expected: Array, least: float) -> Array:
-    """(n, 3): one, the channel about its mean, and its slope, each with an RMS of 1; 0 where that is below the least.
+def shapes_of(expected: Array, least: float = 0.0) -> Array:
+    """(n, 3): one, the channel (n,) about its mean, and its slope, each with an RMS of 1; 0 where that is the least.
 
     A channel that stands still differs from its mean by rounding alone: another column of ones.
     """

@@ -6,13 +6,13 @@ import datetime
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slider_drilling.blind.foreign.structure import draw_structure
+from slider_drilling.blind.foreign.structure import Structure, draw_structure
 from slider_drilling.blind.sealed_plant import PlantPerturbation, random_perturbation
 from slider_drilling.blind.slides.beginnings import BEGINNINGS, NOTHING, Beginning
 from slider_drilling.blind.slides.case import SlideCase, slide_case_from_json
@@ -35,6 +35,31 @@ _ELEMENTS = 60
 _MWD_PERIODS = (8.0, 12.0, 20.0, 30.0)  # s
 _RECORDED = datetime.datetime(2000, 1, 1, tzinfo=datetime.timezone.utc)  # a fixed date: the same case, the same file
 _LOST = (0.0, 0.002, 0.01)  # shares of samples that a recorder loses
+
+
+@dataclass(frozen=True)
+class DrawnSlide:
+    """What is drawn for a slide.
+
+    Attributes:
+        rig: The rig as its file states it.
+        perturbation: By what its numbers and its start differ from the file.
+        structure: How its plant and instruments differ from the model.
+        operations: During the slide.
+        target: Toolface, rad.
+        lost: Share of samples that the recorder loses.
+        beginning: What begins; None for nothing.
+        generator: Of what is drawn after these.
+    """
+
+    rig: Rig
+    perturbation: PlantPerturbation
+    structure: Structure
+    operations: tuple[Operation, ...]
+    target: float
+    lost: float
+    beginning: Beginning | None
+    generator: np.random.Generator
 
 
 def slide_job(case: SlideCase, rig: Path, logs: Path, labels: Path) -> Job:
@@ -61,6 +86,20 @@ def make_slide(case: SlideCase, base: Rig, path: Path) -> SlideLabel:
         base: Rig that well, string and fluids are drawn from.
         path: Of the log.
     """
+    drawn = draw_slide(case, base)
+    rig, perturbation = drawn.rig, drawn.perturbation
+    changing = ChangingRig(
+        rig, perturbation.nuisance, drawn.structure, case, drawn.beginning, _ELEMENTS, perturbation.start
+    )
+    crew = np.random.default_rng([case.seed, 2])
+    rocking = draw_rocking(crew, rig, case.duration) if case.driven_by == "crew" else ()
+    measured = slide(changing, Driller(rig, drawn.operations, drawn.target, rocking), case.duration)
+    _write(path, rig, measured, drawn.target, drawn.lost, drawn.generator)
+    return _label(case, drawn, path.name, measured)
+
+
+def draw_slide(case: SlideCase, base: Rig) -> DrawnSlide:
+    """What a case draws; base: rig that well, string and fluids are drawn from."""
     # The order of the draws defines the slides of a seed.
     generator = np.random.default_rng([case.seed, 1])
     rig = WELLS[case.well](generator, base)
@@ -71,12 +110,7 @@ def make_slide(case: SlideCase, base: Rig, path: Path) -> SlideLabel:
     target = float(generator.uniform(-math.pi, math.pi))
     lost = float(generator.choice(_LOST))
     beginning = None if case.begins == NOTHING else BEGINNINGS[case.begins](generator, rig, case.onset)
-    changing = ChangingRig(rig, perturbation.nuisance, structure, case, beginning, _ELEMENTS, perturbation.start)
-    crew = np.random.default_rng([case.seed, 2])
-    rocking = draw_rocking(crew, rig, case.duration) if case.driven_by == "crew" else ()
-    measured = slide(changing, Driller(rig, operations, target, rocking), case.duration)
-    _write(path, rig, measured, target, lost, generator)
-    return _label(case, rig, path.name, beginning, operations, measured, perturbation, asdict(structure))
+    return DrawnSlide(rig, perturbation, structure, tuple(operations), target, lost, beginning, generator)
 
 
 def slide(rig: ChangingRig, driller: Driller, duration: float) -> list[Measurements]:
@@ -87,19 +121,17 @@ def slide(rig: ChangingRig, driller: Driller, duration: float) -> list[Measureme
     return measured
 
 
-def _label(
-    case: SlideCase, rig: Rig, log: str, beginning: Beginning | None, operations: Sequence[Operation],
-    measured: Sequence[Measurements], perturbation: PlantPerturbation, structure: dict[str, Any],
-) -> SlideLabel:  # fmt: skip
-    spans = tuple((each.name, each.start, each.end) for each in operations)
+def _label(case: SlideCase, drawn: DrawnSlide, log: str, measured: Sequence[Measurements]) -> SlideLabel:
+    spans = tuple((each.name, each.start, each.end) for each in drawn.operations)
     label = SlideLabel(
         log, case.begins, NOTHING, (), None, False, None, case.growth, None, 0.0, spans, case.duration, case.seed,
-        case.well, asdict(perturbation), structure,
+        case.well, asdict(drawn.perturbation), asdict(drawn.structure),
     )  # fmt: skip
+    beginning = drawn.beginning
     if beginning is None:
         return label
     commands = commands_of(measured)
-    size = size_over_time(rig, perturbation.nuisance, beginning, case, commands)
+    size = size_over_time(drawn.rig, drawn.perturbation.nuisance, beginning, case, commands)
     return replace(
         label, name=beginning.name, accepted=beginning.accepted, site=beginning.site,
         in_catalogue=beginning.in_catalogue, onset=case.onset, reached=_reached(commands.time, size),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -35,8 +36,21 @@ def size_over_time(
 ) -> Array:
     """(n,) size in noise levels of the rig file at the commands' times.
 
-    The model's plant follows the same motion with and without the full effect. The size is the root mean square of the
-    difference over the last `WINDOW_S`, in the channel that changes most, times the share that has grown.
+    It is the root mean square of what is added over the last `WINDOW_S`, in the channel that changes most, times the
+    share that has grown. The arguments are those of `added_over_time`.
+    """
+    added = added_over_time(rig, nuisance, beginning, case, commands)
+    samples = max(round(WINDOW_S / INTERVAL_S), 1)
+    size = np.max([np.sqrt(_trailing_mean(each**2, samples)) for each, _ in added.values()], axis=0)
+    return np.asarray(size * np.array([case.share_at(float(time)) for time in commands.time]))
+
+
+def added_over_time(
+    rig: Rig, nuisance: dict[str, float], beginning: Beginning, case: SlideCase, commands: Commands
+) -> dict[str, tuple[Array, Array]]:
+    """What the full change adds to every channel, in noise levels of the rig file, and the channel without it.
+
+    The model's plant follows the same motion with and without the full effect.
 
     Args:
         rig: The rig file.
@@ -50,18 +64,11 @@ def size_over_time(
         full[name] = value if "." in name else full.get(name, 1.0) * value
     flow = beginning.flow(1.0, 0.0)
     (neutral,) = simulate_batch([rig_with(rig, nuisance)], commands, _ELEMENTS)
-    lost = commands if flow == 1.0 else Commands(
-        commands.time, commands.top_drive_angle, commands.top_drive_speed, commands.block_position,
-        commands.block_speed, flow * commands.pump_speed,
-    )  # fmt: skip
+    lost = commands if flow == 1.0 else replace(commands, pump_speed=flow * commands.pump_speed)
     (changed,) = simulate_batch([rig_with(rig, full)], lost, _ELEMENTS)
     read = beginning.hook_load(1.0, 0.0, 0.0)
-    samples = max(round(WINDOW_S / INTERVAL_S), 1)
-    size = np.max([
-        np.sqrt(_trailing_mean(_difference(name, neutral, changed, read) ** 2, samples)) / _noise(rig, name)
-        for name in _CHANNELS
-    ], axis=0)  # fmt: skip
-    return np.asarray(size * np.array([case.share_at(float(time)) for time in commands.time]))
+    return {name: (_difference(name, neutral, changed, read) / _noise(rig, name), getattr(neutral, name))
+            for name in _CHANNELS}  # fmt: skip
 
 
 def _difference(name: str, neutral: Response, changed: Response, hook_load: float) -> Array:
