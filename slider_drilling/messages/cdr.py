@@ -18,16 +18,8 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.messages.decoder import (
-    LITTLE_ENDIAN,
-    NANO,
-    PRIMITIVES,
-    Array,
-    CdrReader,
-    Integers,
-    TopicDecoder,
-    padding,
-)
+from slider_drilling.messages.decoder import LITTLE_ENDIAN, PRIMITIVES, Array, Integers, TopicDecoder
+from slider_drilling.messages.message_reader import NANO, CdrReader, padding
 from slider_drilling.messages.message_types import (
     DIAGNOSTIC_ARRAY,
     FIELDS,
