@@ -285,6 +285,11 @@ def test_none_has_a_name_far_behind_one_that_has_none(gain, physical, behind):
     assert set(change_answer.refused_behind(candidates, {"cuttings_bed": "its size is not known"})) == behind
 
 
+def test_one_as_good_as_the_best_that_may_be_named_remains_of_its_group():
+    candidates = [_tried("stribeck", 715.0), _tried("friction_change", 630.0), _tried("tortuosity", 562.0)]
+    assert change_answer.refused_behind(candidates, {"stribeck": "its size is not known"}) == {}
+
+
 def test_both_shapes_are_tried_of_candidates_of_the_right_sign():
     candidates = [
         _tried("stribeck", 20.0), _tried("plugged_nozzle", 310.0, physical=False), _tried("friction_change", 21.0),

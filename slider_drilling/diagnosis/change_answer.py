@@ -229,21 +229,24 @@ def _refused(search: ChangeSearch) -> dict[str, str]:
 
 
 def refused_behind(tried: Sequence[TriedChange], refused: Mapping[str, str]) -> dict[str, str]:
-    """Why candidates have no name that explain clearly less than one that has none either, by their names.
+    """Why no candidate may be named where even the best explains clearly less than one that may not, by their names.
 
-    A candidate whose fitted value is not physical stands before no other.
+    A candidate whose fitted value is not physical stands before no other. One about as good as the best that may be
+    named remains of its group.
 
     Args:
         tried: Fitted candidates.
         refused: Those of them that may not be named, by name.
     """
     unconfirmed = [each for each in tried if each.effect.name in refused and each.effect.is_physical(each.fit.values)]
-    if not unconfirmed:
+    supported = [each for each in tried if each.effect.name not in refused]
+    if not unconfirmed or not supported:
         return {}
     most = max(unconfirmed, key=lambda each: each.gain)
+    if max(each.gain for each in supported) >= _least_gain_beside(most):
+        return {}
     why = f"{plain_name(most.effect.name)} explains more, but was not confirmed"
-    behind = [each.effect.name for each in tried if each.gain < _least_gain_beside(most)]
-    return {name: why for name in behind if name not in refused}
+    return {each.effect.name: why for each in supported}
 
 
 def refused_by_channel(
