@@ -99,6 +99,14 @@ def test_drag_is_weight_off_hook_and_bit():
         assert drag.transmitted_share(limit) == arriving
 
 
+def test_jolt_of_the_first_samples_is_not_tared():
+    drag = DragMonitor(RIG, 0.235, 8e4)
+    for k in range(200):
+        drag.tare(1600e3 if k < 5 else 460e3, 0.1)
+    drag.update(460e3, 0.0, 0.1, 1.0, 0.1)
+    assert drag.drag == 0.0
+
+
 @pytest.mark.parametrize(("drag", "share"), [(20e3, 1.0), (70e3, None), (200e3, 0.2)])
 def test_drag_takes_weight_off_its_limit(drag, share):
     """All the drag that rocking was seen to let go at once has room below the weight limit."""

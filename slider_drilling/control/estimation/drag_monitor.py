@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import statistics
+from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +20,7 @@ from slider_drilling.wellbore.static_loads import static_loads
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-_TARE_TIME = 10.0      # s, time constant
+_TARE_TIME = 20.0      # s, the last of the time off bottom
 _AVERAGING_TIME = 15.0   # s, one stroke or two
 _QUICK_TIME, _STROKE_SPREAD = 3.0, 3e3   # s and N, while weight comes on: strokes move the average of seconds so far
 _BIT_SIGMA = 0.1       # share, one standard deviation of the bit's weight per torque
@@ -51,6 +53,8 @@ class DragMonitor:
         self._friction_scale = 1.0
         self._off_bottom_load = self._load = self._quick_load = math.nan   # N
         self._tared = False
+        self._tare_samples: deque[tuple[float, float]] = deque()   # s, N
+        self._tare_clock = 0.0   # s off bottom
         self._weight = 0.0   # N on the bit, from pressure
         self.drag = math.nan
         self.share = math.nan
@@ -63,9 +67,12 @@ class DragMonitor:
     def tare(self, hook_load: float, step: float) -> None:
         """Take one sample off bottom: hook load N, time since the last one s."""
         if math.isfinite(hook_load) and not self._tared:
-            if math.isnan(self._off_bottom_load):
-                self._off_bottom_load = hook_load
-            self._off_bottom_load += (1.0 - math.exp(-step / _TARE_TIME)) * (hook_load - self._off_bottom_load)
+            self._tare_clock += step
+            self._tare_samples.append((self._tare_clock, hook_load))
+            while self._tare_samples[0][0] < self._tare_clock - _TARE_TIME:
+                self._tare_samples.popleft()
+            # The median: a jolt as the string is set in motion must not stay in the tare.
+            self._off_bottom_load = statistics.median(load for _, load in self._tare_samples)
 
     def update(
         self, hook_load: float, weight_on_bit: float, motor_sigma: float, friction_scale: float, step: float

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from slider_drilling.control.estimation.circular_histogram import CircularHistogram
 from slider_drilling.control.estimation.cycle_average import CycleAverage
 from slider_drilling.control.estimation.follow_share import FollowShare
+from slider_drilling.control.estimation.mwd_noise import MwdNoise
 from slider_drilling.control.estimation.string_kalman_filter import Array, StringKalmanFilter
 from slider_drilling.control.estimation.torque_jump import JUMP_STROKES
 from slider_drilling.control.interface import MwdSample
@@ -76,6 +77,7 @@ class _Instant:
     time: float        # s
     tool_face: float   # rad, x
     string: float      # rad, x - b
+    turned: float = 0.0   # rad, by the model alone since the start
 
 
 class ToolFaceEstimator:
@@ -110,6 +112,7 @@ class ToolFaceEstimator:
         min_response_time: float = 0.0, bias_sigma: float = 200.0,
     ):  # fmt: skip
         self._noise = noise
+        self._sample_noise = MwdNoise(noise.sample**2)
         self._memory = memory
         self._history: deque[_Instant] = deque()
         self._waiting: list[tuple[MwdSample, float]] = []
@@ -163,6 +166,7 @@ class ToolFaceEstimator:
         if not self._history or time - self._history[-1].time < _HISTORY_STEP:
             return
         step = time - self._history[-1].time
+        before = self.filter.tool_face
         if math.isfinite(reactive_torque):
             if math.isfinite(self._reactive_torque):
                 self.filter.follow_torque_step(reactive_torque - self._reactive_torque, self._torque_share)
@@ -181,7 +185,7 @@ class ToolFaceEstimator:
                 step, self._cycle.torque, self._cycle.reactive_torque, mobility * self.follow.mobility, walk, drift)
         self._offset_variance += drift * drift * step
         x, b = self.filter.tool_face, self.filter.offset
-        self._history.append(_Instant(time, x, x - b))
+        self._history.append(_Instant(time, x, x - b, self._history[-1].turned + x - before))
         while len(self._history) > 2 and self._history[0].time < time - self._memory:
             self._history.popleft()
 
@@ -253,6 +257,7 @@ class ToolFaceEstimator:
         """Go on from `time` (s) after the clock has jumped: estimates stay, the history goes."""
         self._waiting.clear()
         self.follow.forget()
+        self._sample_noise.forget_last()
         if self._history:
             last = self._history[-1]
             self._history.clear()
@@ -279,7 +284,7 @@ class ToolFaceEstimator:
         if sample.measured_at > newest + _MAX_FUTURE or sample.measured_at < newest - self._memory:
             return False
         held = self._history[self._index_at(sample.measured_at)]
-        variance = self._noise.sample**2 * self._correlated_samples(sample.measured_at)
+        variance = self._sample_noise.variance * self._correlated_samples(sample.measured_at)
         expected = variance + (_INITIAL_TWIST_SIGMA**2 if not self.known else self.filter.mwd_variance(phase))
         mean = sample.tool_face - self.filter.swing_at(phase)
         self._offset_histogram.diffuse(self._offset_variance)
@@ -292,6 +297,7 @@ class ToolFaceEstimator:
             self.last_sample = sample.measured_at
             if self.known:
                 self.follow.observe(sample.measured_at, mean)
+                self._sample_noise.observe(mean, held.turned)
         return accepted
 
     def _correlated_samples(self, time: float) -> float:
