@@ -13,7 +13,7 @@ from slider_drilling.twin.change_statistic import FeatureChange, Uncertainty, li
 from slider_drilling.twin.feature_means import FeatureSeries
 from slider_drilling.twin.features import Feature
 from slider_drilling.twin.samples import Array
-from slider_drilling.twin.wander import PUMPING, comparisons, wander_of
+from slider_drilling.twin.wander import ROCKING_OR_OFF_BOTTOM, comparisons, wander_of
 
 MEMORY_S = 1800.0
 """s for which values of work are kept."""
@@ -118,7 +118,7 @@ class ChangeDetector:
 
     def watched(self, mode: str) -> list[Key]:
         """The features so far that work of a mode may show a change of."""
-        return [key for key in self._series if key[0] in (mode, PUMPING)]
+        return [key for key in self._series if key[0] in (mode, ROCKING_OR_OFF_BOTTOM)]
 
     def change(self, key: Key) -> FeatureChange | None:
         """The likeliest change of one feature, whether or not it is significant."""

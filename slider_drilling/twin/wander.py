@@ -89,15 +89,15 @@ CIRCULATING = {
 }  # fmt: skip
 
 
-PUMPING = "the pump is on"
-"""Name of all work with the pump on, through which the mean pressure is compared: on bottom, off it, and both."""
+ROCKING_OR_OFF_BOTTOM = "rocking or off bottom"
+"""Name of the work through which the mean pressure is compared; a string that turns loads the bit in another way."""
 
 
 def comparisons(mode: str, channel: str, kind: str) -> tuple[str, ...]:
     """Names of the kinds of work whose values of a feature are compared with those of a mode (`activity.Activity`)."""
-    if (channel, kind) != ("standpipe_pressure", "mean"):
-        return (mode,)
-    return (OFF_BOTTOM, PUMPING) if mode == OFF_BOTTOM else (PUMPING,)
+    if (channel, kind) == ("standpipe_pressure", "mean"):
+        return {"rocking": (ROCKING_OR_OFF_BOTTOM,), OFF_BOTTOM: (OFF_BOTTOM, ROCKING_OR_OFF_BOTTOM)}.get(mode, (mode,))
+    return (mode,)
 
 
 def wander_of(work: str, channel: str, kind: str) -> Wander | None:

@@ -6,7 +6,7 @@ import pytest
 from slider_drilling.benchmarks.twin_wander import fit_wander, largest_evidence, threshold
 from slider_drilling.twin.change_statistic import Uncertainty, Wander, likeliest_change
 from slider_drilling.twin.feature_means import FeatureSeries, means_of
-from slider_drilling.twin.wander import WANDERS, parameter_wanders, wander_of
+from slider_drilling.twin.wander import WANDERS, comparisons, parameter_wanders, wander_of
 
 _NEEDED = 10.0
 _WANDER = Wander(
@@ -182,6 +182,11 @@ def test_pressure_off_bottom_is_watched_more_closely_than_on_bottom():
     on, off = (wander_of(mode, "standpipe_pressure", "mean") for mode in ("rocking", "off bottom"))
     assert off.values * off.before < on.values * on.before and off.weighed == 0.0
     assert wander_of("off bottom", "surface_torque", "mean") is None
+
+
+def test_pressure_of_a_string_that_turns_is_compared_with_itself_alone():
+    pressures = {mode: set(comparisons(mode, "standpipe_pressure", "mean")) for mode in ("rocking", "turning", "off bottom")}
+    assert pressures["rocking"] < pressures["off bottom"] and pressures["turning"] == {"turning"}
 
 
 def test_every_channel_at_surface_is_watched():

@@ -7,7 +7,7 @@ from slider_drilling.twin.activity import OFF_BOTTOM, Activity
 from slider_drilling.twin.change_statistic import Uncertainty
 from slider_drilling.twin.detector import ChangeDetector
 from slider_drilling.twin.features import Feature
-from slider_drilling.twin.wander import PUMPING
+from slider_drilling.twin.wander import ROCKING_OR_OFF_BOTTOM
 
 _PRESSURE = (OFF_BOTTOM, "standpipe_pressure", "mean")
 _OFF = Activity(
@@ -85,7 +85,7 @@ def _drilled_then_off_bottom(pressure):
         level = (1.0 if second < 600 else pressure) + 0.1 * random.normal()
         if second < 600 or second >= 655:
             detector.add(float(second), work, [Feature(*_PRESSURE[1:], level, np.array([2.0]))])
-    return detector.test((PUMPING, *_PRESSURE[1:]), complete=True)
+    return detector.test((ROCKING_OR_OFF_BOTTOM, *_PRESSURE[1:]), complete=True)
 
 
 def test_pressure_lost_as_the_bit_leaves_bottom_is_a_change():
@@ -104,7 +104,7 @@ def test_warmer_mud_is_no_change():
 def test_hook_load_is_watched_off_bottom_while_the_string_hangs_still():
     detector = _detector([3.0])
     hook_load = (OFF_BOTTOM, "hook_load", "spread")
-    assert set(detector.watched(OFF_BOTTOM)) == {_PRESSURE, (PUMPING, *_PRESSURE[1:]), hook_load}
+    assert set(detector.watched(OFF_BOTTOM)) == {_PRESSURE, (ROCKING_OR_OFF_BOTTOM, *_PRESSURE[1:]), hook_load}
     assert detector.series(hook_load).time.size == 6
 
 
