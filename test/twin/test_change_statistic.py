@@ -185,8 +185,9 @@ def test_pressure_off_bottom_is_watched_more_closely_than_on_bottom():
 
 
 def test_pressure_of_a_string_that_turns_is_compared_with_itself_alone():
-    pressures = {mode: set(comparisons(mode, "standpipe_pressure", "mean")) for mode in ("rocking", "turning", "off bottom")}
-    assert pressures["rocking"] < pressures["off bottom"] and pressures["turning"] == {"turning"}
+    rocking, turning, off = (set(comparisons(mode, "standpipe_pressure", "mean"))
+                             for mode in ("rocking", "turning", "off bottom"))  # fmt: skip
+    assert rocking < off and turning == {"turning"}
 
 
 def test_every_channel_at_surface_is_watched():
