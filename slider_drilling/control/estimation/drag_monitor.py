@@ -20,7 +20,7 @@ from slider_drilling.wellbore.static_loads import static_loads
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-_TARE_TIME = 20.0      # s, the last of the time off bottom
+_TARE_TIME = 10.0      # s, the last of the time off bottom
 _AVERAGING_TIME = 15.0   # s, one stroke or two
 _QUICK_TIME, _STROKE_SPREAD = 3.0, 3e3   # s and N, while weight comes on: strokes move the average of seconds so far
 _BIT_SIGMA = 0.1       # share, one standard deviation of the bit's weight per torque
