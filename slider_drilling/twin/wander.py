@@ -4,7 +4,7 @@ The numbers are in noise levels of the channel: those of maximum likelihood, rou
 foreign rigs, 27 of them without a change, of the others what comes before it
 (`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a mean has of its own is set by hand: less of
 it makes a small move within a stretch look like a change. So are the thresholds: a little above what these slides and
-27 others show, but for what single slides show.
+25 others show, but for what single slides show.
 """
 
 from __future__ import annotations
