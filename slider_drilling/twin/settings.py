@@ -31,7 +31,7 @@ class TwinSettings:
 
     elements: int = 60
     interval: float = 0.1
-    observer_gain: float = 0.03
+    observer_gain: float = 0.3
     patience: float = 2.0
     learning: float = 180.0
     forecast: float = 60.0
