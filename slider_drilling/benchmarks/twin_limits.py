@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +24,9 @@ from slider_drilling.blind.slides.make import draw_slide
 from slider_drilling.blind.slides.size import added_over_time
 from slider_drilling.drillstring import Commands
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.log import read_log
+from slider_drilling.log import RigLog, read_log
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
-from slider_drilling.rig import load_rig
+from slider_drilling.rig import Rig, load_rig
 from slider_drilling.twin.activity import OFF_BOTTOM
 from slider_drilling.twin.change_statistic import Uncertainty, covariance
 from slider_drilling.twin.detector import Key
@@ -45,22 +44,22 @@ Added = tuple[Array, Array]
 """What a change adds to a channel, noise levels, and the channel without it."""
 
 
-def seen_after(path: Path, label: SlideLabel, base: Path) -> float | None:
+def seen_after(log: RigLog, label: SlideLabel, base: Rig) -> float | None:
     """s after 1.5 noise levels at which a detector that knows the change sees it; None if it does not.
 
     Args:
-        path: The log.
+        log: Of the slide.
         label: What begins in it.
-        base: Rig file that the slide was drawn from.
+        base: Rig that the slide was drawn from.
     """
-    detector = watched(read_log(path))
+    detector = watched(log)
     if detector is None or label.onset is None:
         return None
     case = SlideCase(label.case, label.onset, label.growth, label.well, label.seed, label.duration)
-    drawn = draw_slide(case, load_rig(base))
+    drawn = draw_slide(case, base)
     if drawn.beginning is None:
         return None
-    commands = commands_from_log(read_log(path), drawn.rig).commands
+    commands = commands_from_log(log, drawn.rig).commands
     added = added_over_time(drawn.rig, drawn.perturbation.nuisance, drawn.beginning, case, commands)
     times = np.arange(label.onset, label.duration, _EVERY_S)
     evidence = np.zeros(times.size)
@@ -77,7 +76,7 @@ def _shown(
 ) -> Array:  # fmt: skip
     """(n,) what the change adds to every value of a feature."""
     full, level = added[key[1]]
-    change = full * np.array([case.share_at(float(time)) for time in commands.time])
+    change = full * case.shares_at(commands.time)
     shown = np.zeros(series.time.size)
     for index, (end, window) in enumerate(zip(series.time - TwinSettings().patience, series.window, strict=True)):
         inside = (commands.time > end - window) & (commands.time <= end)
@@ -96,25 +95,24 @@ def _shown(
 
 def _evidence(series: FeatureSeries, shown: Array, key: Key, uncertain: Uncertainty, now: float) -> float:
     """Evidence of one feature for the change by what has come until now, s."""
-    wander, known = wander_of(*key), series.time <= now
-    if wander is None or not known.any():
+    wander, known = wander_of(*key), int(np.searchsorted(series.time, now, side="right"))
+    if wander is None or not known:
         return 0.0
-    so_far = FeatureSeries(**{field.name: getattr(series, field.name)[known] for field in fields(FeatureSeries)})
-    means = means_of(so_far, wander.values)
+    means = means_of(series.first(known), wander.values)
     if means.time.size < _LEAST_MEANS:
         return 0.0
-    mean = means.average(shown[known][:, None])[:, 0]
+    mean = means.average(shown[:known, None])[:, 0]
     return 0.5 * float(mean @ np.linalg.solve(covariance(means, uncertain, wander), mean))
 
 
 def main(folders: Sequence[str]) -> None:
     """Print a line for every slide in which something begins, then how many are seen."""
-    base, after = Path(installed_file("config/rig.example.yaml")), []
+    base, after = load_rig(Path(installed_file("config/rig.example.yaml"))), []
     for path in sorted(each for folder in folders for each in Path(folder, "labels").glob("*.json")):
         label = read_slide_label(path)
         if label.reached is None:
             continue
-        seen = seen_after(path.parent.parent / "logs" / label.log, label, base)
+        seen = seen_after(read_log(path.parent.parent / "logs" / label.log), label, base)
         after.append(seen)
         print(label.log, label.case, "not seen" if seen is None else f"seen after {max(seen, 0.0):.0f} s", flush=True)
     seconds = sorted(max(seen, 0.0) for seen in after if seen is not None)

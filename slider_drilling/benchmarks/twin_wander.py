@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,8 +91,7 @@ def largest_evidence(slide: Slide, wander: Wander) -> float:
     series, uncertain = slide
     largest = 0.0
     for count in range(_MIN_VALUES, series.time.size + 1, _EVERY):
-        so_far = FeatureSeries(**{field.name: getattr(series, field.name)[:count] for field in fields(FeatureSeries)})
-        change = likeliest_change(so_far, uncertain, wander)
+        change = likeliest_change(series.first(count), uncertain, wander)
         if change is not None and abs(change.size) >= wander.smallest:
             largest = max(largest, change.evidence)
     return largest

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class FeatureSeries:
     swing: Array
     pace: Array
     sensitivity: Array
+
+    def first(self, count: int) -> FeatureSeries:
+        """The first values of it."""
+        return FeatureSeries(**{field.name: getattr(self, field.name)[:count] for field in fields(self)})
 
 
 @dataclass(frozen=True)

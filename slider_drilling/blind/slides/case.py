@@ -13,6 +13,7 @@ import numpy as np
 
 from slider_drilling.blind.slides.beginnings import CATALOGUE_CASES, NOTHING, OUTSIDE_CASES, SIX_CASES
 from slider_drilling.blind.wells import DEFAULT_WELLS
+from slider_drilling.drillstring.kernel_arrays import Array
 
 DURATION_S = 2400.0
 # Of ten slides four have one of the six cases, three another effect, one something from outside, and two nothing.
@@ -51,6 +52,10 @@ class SlideCase:
         if self.begins == NOTHING or time < self.onset:
             return 0.0
         return 1.0 if self.growth == 0.0 else min((time - self.onset) / self.growth, 1.0)
+
+    def shares_at(self, times: Array) -> Array:
+        """The same at many times, (n,)."""
+        return np.array([self.share_at(float(time)) for time in times])
 
     def to_json(self) -> dict[str, Any]:
         """The fields as JSON holds them."""

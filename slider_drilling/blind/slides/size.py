@@ -42,7 +42,7 @@ def size_over_time(
     added = added_over_time(rig, nuisance, beginning, case, commands)
     samples = max(round(WINDOW_S / INTERVAL_S), 1)
     size = np.max([np.sqrt(_trailing_mean(each**2, samples)) for each, _ in added.values()], axis=0)
-    return np.asarray(size * np.array([case.share_at(float(time)) for time in commands.time]))
+    return np.asarray(size * case.shares_at(commands.time))
 
 
 def added_over_time(
