@@ -17,6 +17,7 @@ from node_process import NodeProcess
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from recorder_bench import Bench
 
 from slider_drilling.nodes import environment
 from slider_drilling.nodes.recorder import Recorder
@@ -57,6 +58,14 @@ def namespace(monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
     return f"/rig_{uuid.uuid4().hex[:12]}"
+
+
+@pytest.fixture
+def bench(alone: None) -> Iterator[Callable[..., Bench]]:
+    """Makes recorders with nodes beside them."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    yield Bench
+    rclpy.try_shutdown()
 
 
 @pytest.fixture

@@ -7,12 +7,16 @@ from typing import Any
 from node_process import DEADLINE
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from slider_drilling.messages import cdr
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import make_executor
+
+BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Bench:

@@ -1,17 +1,13 @@
 """The recorder: a rosbag2 bag of any topics, split and paused, with losses counted."""
 
-from collections.abc import Callable, Iterator
 
 import pytest
-import rclpy
 import yaml
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from mcap.reader import make_reader
 from rcl_interfaces.srv import GetParameters
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
-from recorder_bench import Bench
+from recorder_bench import BEST_EFFORT, LATCHED
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import Float64, String
 
@@ -23,15 +19,6 @@ from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.recorder import PAUSES, RECORDED
 
 DRIVE = TOPICS["top_drive"]
-BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def bench(alone: None) -> Iterator[Callable[..., Bench]]:
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    yield Bench
-    rclpy.try_shutdown()
 
 
 def test_every_registered_topic_is_recorded():

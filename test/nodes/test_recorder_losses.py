@@ -6,16 +6,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 import rclpy
 from node_process import DEADLINE
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from recorder_bench import Bench
+from recorder_bench import LATCHED
 from std_msgs.msg import String
 
 from slider_drilling.log import read_log
@@ -27,15 +26,6 @@ from slider_drilling.nodes.message_sequence import SequenceCounter
 from slider_drilling.nodes.spin import drain
 
 DRIVE = TOPICS["top_drive"]
-BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def bench(alone: None) -> Iterator[Callable[..., Bench]]:
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    yield Bench
-    rclpy.try_shutdown()
 
 
 def test_lost_messages_are_counted(bench, tmp_path):
