@@ -148,7 +148,7 @@ def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Mod
 
 def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None = None) -> Lanes:
     """Constants of every run, one rig a lane; observer: of all of them."""
-    rows = [_lane_row(rig, mesh, dt) | _observer_row(rig, mesh, observer) for rig in rigs]
+    rows = [_lane_row(rig, mesh, dt) | _observer_row(rig, mesh, dt, observer) for rig in rigs]
     return Lanes(*(np.array([row[name] for row in rows], dtype=float) for name in Lanes._fields))
 
 
@@ -255,10 +255,14 @@ def _lane_row(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
     }
 
 
-def _observer_row(rig: Rig, mesh: Mesh, observer: Observer | None) -> dict[str, float]:
+def _observer_row(rig: Rig, mesh: Mesh, dt: float, observer: Observer | None) -> dict[str, float]:
     if observer is None:
-        return {"observer_gain": 0.0, "observer_leak": 0.0}
-    return {"observer_gain": observer.gain / torsional_impedance(rig, mesh), "observer_leak": 1.0 / observer.memory}
+        return {"observer_gain": 0.0, "observer_leak": 0.0, "observer_response": 1.0}
+    return {
+        "observer_gain": observer.gain / torsional_impedance(rig, mesh),
+        "observer_leak": 1.0 / observer.memory,
+        "observer_response": _gain(dt, observer.smoothing),
+    }
 
 
 def _gain(dt: float, lag: float) -> float:

@@ -160,14 +160,16 @@ def update_sensed_torque(lanes, speed, acceleration, e: Elements, c: Lanes, s: K
 def apply_observer(lanes, dt, measured, c: Lanes, s: KernelState):
     """Weak observer: the torque that was measured turns the drive a little towards the torque that is simulated.
 
-    ``offset' = gain (measured - sensed) / Z - offset / tau``, with Z the string's wave impedance at the top. For
-    gains from 0 to 1 this is passive: it absorbs part of the waves from below and adds none.
+    ``offset' = gain e / Z - offset / tau``, with Z the string's wave impedance at the top and e the error ``measured -
+    sensed``, smoothed by ``e' = (measured - sensed - e) / T``. For gains from 0 to 1 this is passive, whatever T: it
+    absorbs part of the waves from below and adds none.
 
     Args:
         measured: Surface torque, N m; NaN where none was measured.
     """
+    known = not math.isnan(measured)
     for k in range(lanes):
         s.observer_angle[k] -= dt * c.observer_leak[k] * s.observer_angle[k]
-    if not math.isnan(measured):
-        for k in range(lanes):
-            s.observer_angle[k] += dt * c.observer_gain[k] * (measured - (s.sensed_torque[k] + c.torque_bias[k]))
+        error = measured - (s.sensed_torque[k] + c.torque_bias[k]) if known else 0.0
+        s.observer_error[k] += c.observer_response[k] * (error - s.observer_error[k])
+        s.observer_angle[k] += dt * c.observer_gain[k] * s.observer_error[k]

@@ -122,7 +122,7 @@ def initial_kernel_state(
         hole_bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.tool_face_offset for s in starts], dtype=float), weight_on_bit=on_bit,
         bit_torque=bit_torque, motor_pressure=motor, stalled=lane(), circulating_pressure=circulation,
-        standpipe_pressure=circulation + motor, sensed_torque=torque, observer_angle=lane(),
+        standpipe_pressure=circulation + motor, sensed_torque=torque, observer_angle=lane(), observer_error=lane(),
         pressure_pulses=np.tile(motor, delay), clock=np.zeros(2),
     )  # fmt: skip
 

@@ -134,6 +134,7 @@ class Lanes(NamedTuple):
     tool_row: Array  # index of the element that carries the tool
     observer_gain: Array  # rad/(N m s), gain of the observer over the string's wave impedance
     observer_leak: Array  # 1/s, rate at which the observer forgets
+    observer_response: Array  # share of the way to the torque's error that its smoothing goes in one step
 
 
 class KernelState(NamedTuple):
@@ -160,6 +161,7 @@ class KernelState(NamedTuple):
     standpipe_pressure: Array  # Pa
     sensed_torque: Array  # N m
     observer_angle: Array  # rad, by which the observer has turned the drive
+    observer_error: Array  # N m, measured less simulated torque, smoothed
     pressure_pulses: Array  # (delay steps * lanes,) Pa, motor pressures on their way up
     clock: Array  # (2,): time s, steps taken
 

@@ -20,12 +20,15 @@ class Observer:
         gain: Over the string's wave impedance: 0 is a free run, 1 (the most that a step can hold) absorbs every wave
             from below.
         memory: s, after which constant errors show again.
+        smoothing: s over which the error of the torque is averaged before it turns the drive: the sensor's noise shakes
+            the drive less, and shaking frees a string from friction.
     """
 
     time: Array
     torque: Array
     gain: float = 0.3
     memory: float = 5.0
+    smoothing: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.gain <= 1.0:

@@ -26,15 +26,15 @@ class PlantBank:
         elements: Of the string.
         interval: s between two samples of the commands.
         start: State in which all of them begin.
-        observer_gain: See `Observer`; 0 for free runs.
+        observer_gain, observer_smoothing: See `Observer`; a gain of 0 for free runs.
     """
 
     def __init__(
         self, rigs: Sequence[Rig], elements: int, interval: float, start: InitialState = InitialState(),
-        observer_gain: float = 0.3,
+        observer_gain: float = 0.3, observer_smoothing: float = 0.0,
     ) -> None:  # fmt: skip
         self._interval, self._elements_count = interval, elements
-        self._observer = Observer(np.empty(0), np.empty(0), observer_gain)
+        self._observer = Observer(np.empty(0), np.empty(0), observer_gain, smoothing=observer_smoothing)
         self._mesh = assemble.common_mesh(rigs, elements)
         stiff = [replace(r, string=replace(r.string, shear_modulus=_STIFFEST * r.string.shear_modulus)) for r in rigs]
         self._substeps = min_substeps(stiff, self._mesh, interval)

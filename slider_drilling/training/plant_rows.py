@@ -41,7 +41,7 @@ def lanes_of(c, k):
         c.pump_displacement[k], c.circulating_pressure[k], c.reference_flow[k], c.pressure_gain[k],
         c.torque_scale[k], c.torque_gain[k], c.torque_bias[k], c.motor_inertia[k], c.motor_friction[k],
         c.backlash[k], c.heave_amplitude[k], c.heave_frequency[k], c.heave_phase[k], c.tool_force[k],
-        c.tool_frequency[k], c.tool_row[k], c.observer_gain[k], c.observer_leak[k],
+        c.tool_frequency[k], c.tool_row[k], c.observer_gain[k], c.observer_leak[k], c.observer_response[k],
     )  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def state_of(s, i, pulses):
         s.strain_axial[i], s.strain_tangential[i], s.per_sliding_length[i], s.rest_time[i], s.hole_bottom[i],
         s.depth_offset[i], s.tool_face_offset[i], s.weight_on_bit[i], s.bit_torque[i], s.motor_pressure[i],
         s.stalled[i], s.circulating_pressure[i], s.standpipe_pressure[i], s.sensed_torque[i],
-        s.observer_angle[i], s.pressure_pulses[i, :pulses], s.clock[i],
+        s.observer_angle[i], s.observer_error[i], s.pressure_pulses[i, :pulses], s.clock[i],
     )  # fmt: skip
 
 

@@ -47,7 +47,7 @@ class Follower:
     Args:
         rig: The rig file.
         parameters: What is tracked, p of them.
-        elements, interval, observer_gain: See `PlantBank`.
+        elements, interval, observer_gain, observer_smoothing: See `PlantBank`.
         start: State in which the rig begins.
 
     Attributes:
@@ -57,12 +57,12 @@ class Follower:
 
     def __init__(
         self, rig: Rig, parameters: Sequence[TrackedParameter], elements: int, interval: float, observer_gain: float,
-        start: InitialState,
+        observer_smoothing: float, start: InitialState,
     ) -> None:  # fmt: skip
         self._rig, self._parameters = rig, tuple(parameters)
         self.centre = np.array([parameter.nominal for parameter in parameters])
         self.weight_on_bit = self.mean_weight = 0.0
-        self.bank = PlantBank(self._rigs(), elements, interval, start, observer_gain)
+        self.bank = PlantBank(self._rigs(), elements, interval, start, observer_gain, observer_smoothing)
 
     def advance(self, commands: Commands, torque: Array | None = None) -> Followed:
         """Follow the drives; torque: measured at surface, N m, (n,), or None for a forecast."""

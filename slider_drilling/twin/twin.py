@@ -288,7 +288,9 @@ class Twin:
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
-        follower = Follower(self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, start)
+        follower = Follower(
+            self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, s.observer_smoothing, start
+        )
         follower.move_centre(values)
         return follower
 
