@@ -265,15 +265,16 @@ def test_observer_pauses_in_gaps():
     assert np.isnan(at).tolist() == [True, False, False, True, True, False, True]
 
 
+@pytest.mark.parametrize("smoothing", [0.0, 0.5, 3.0])
 @pytest.mark.parametrize("gain", [0.1, 0.3, 1.0])
-def test_the_observer_is_passive(gain):
+def test_the_observer_is_passive(gain, smoothing):
     """Fed with noise it adds no energy: the string stays bounded, and forgets when the noise ends."""
     time = np.arange(0.0, 120.0, 0.1)
     still = np.zeros_like(time)
     commands = Commands(time, still, still, still, still, np.full_like(time, 12.3))
     rig = RIG
     noise = np.where(time < 20.0, np.random.default_rng(1).normal(0.0, 2000.0, time.size), 0.0)
-    (run,) = simulate_batch([rig], commands, 40, observer=Observer(time, noise, gain))
+    (run,) = simulate_batch([rig], commands, 40, observer=Observer(time, noise, gain, smoothing=smoothing))
     assert np.isfinite(run.surface_torque).all()
     late = np.abs(run.surface_torque[time > 80.0]).max()
     assert late < 0.5 * np.abs(run.surface_torque[time < 20.0]).max()

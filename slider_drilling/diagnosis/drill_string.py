@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,8 +41,10 @@ from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Modifiers, Observer, Response, simulate_batch
+from slider_drilling.drillstring.observer_noise import needed_smoothing, noise_shrinkage
 from slider_drilling.gap.model import (
     Array,
+    Channel,
     Effect,
     FreeForm,
     LoggedRun,
@@ -49,6 +52,7 @@ from slider_drilling.gap.model import (
     SimulationOptions,
     Values,
 )
+from slider_drilling.gap.problem.noise import difference_noise
 from slider_drilling.rig import Rig
 
 # Elements of the string at each fidelity.
@@ -214,11 +218,28 @@ class DrillString:
         """Users' effects whose amplitude is among the values."""
         return [user for user in self.user_effects.values() if user.effect.parameters[0].name in values]
 
+    def noise_shrinkage(self, run: int, gain: float) -> float:
+        """See `HasObserver`."""
+        torque = self._observed(run)
+        return noise_shrinkage(gain, gain**2 * self._unit_smoothing[run], _interval(torque)) if torque else 1.0
+
+    def _observed(self, run: int) -> Channel | None:
+        return next((each for each in self.runs[run].channels if each.name == self.observed_channel), None)
+
     def _observer(self, run: int, gain: float) -> Observer | None:
-        measured = [channel for channel in self.runs[run].channels if channel.name == self.observed_channel]
-        if gain == 0.0 or not measured:
+        torque = self._observed(run)
+        if gain == 0.0 or torque is None:
             return None
-        return Observer(measured[0].time, measured[0].measured, gain)
+        return Observer(torque.time, torque.measured, gain, smoothing=gain**2 * self._unit_smoothing[run])
+
+    @cached_property
+    def _unit_smoothing(self) -> tuple[float, ...]:
+        """By run: smoothing of an observer of gain 1, s; it goes with the gain's square."""
+        observed = [self._observed(run) for run in range(len(self.runs))]
+        return tuple(
+            needed_smoothing(self.rig, difference_noise(torque.measured), _interval(torque), 1.0) if torque else 0.0
+            for torque in observed
+        )
 
     def _responses(
         self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None
@@ -266,3 +287,8 @@ class DrillString:
             bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,
         )[0]  # fmt: skip
+
+
+def _interval(channel: Channel) -> float:
+    """s between two samples."""
+    return float(np.median(np.diff(channel.time)))

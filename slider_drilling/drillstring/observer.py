@@ -20,8 +20,8 @@ class Observer:
         gain: Over the string's wave impedance: 0 is a free run, 1 (the most that a step can hold) absorbs every wave
             from below.
         memory: s, after which constant errors show again.
-        smoothing: s over which the error of the torque is averaged before it turns the drive: the sensor's noise shakes
-            the drive less, and shaking frees a string from friction.
+        smoothing: s, time constant with which the error of the torque is smoothed before it turns the drive; see
+            `observer_noise.needed_smoothing`.
     """
 
     time: Array

@@ -14,7 +14,7 @@ class HasObserver(Protocol):
     """A model with a weak observer: a measured channel is fed back a little while it is simulated.
 
     A free run of a system that sticks and slips loses phase, and its cost has many local minima. A weak observer makes
-    the same cost smooth. It shrinks the error of the observed channel by 1 + gain.
+    the same cost smooth.
     """
 
     @property
@@ -23,6 +23,9 @@ class HasObserver(Protocol):
 
     def with_measured(self, run: int, measured: Array) -> HasObserver:
         """The same model with other measurements (n,) of the observed channel in one run."""
+
+    def noise_shrinkage(self, run: int, gain: float) -> float:
+        """Factor (1 or more) by which feedback with a gain shrinks the noise in a run's error of that channel."""
 
 
 @runtime_checkable

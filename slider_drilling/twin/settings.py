@@ -8,8 +8,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.schema.option_types import check_option_types
 
 LIMITS: dict[str, tuple[float, float]] = {
-    "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0),
-    "observer_smoothing": (0.0, 60.0), "patience": (0.0, 60.0),
+    "elements": (20, 400), "interval": (0.02, 0.5), "observer_gain": (0.0, 1.0), "patience": (0.0, 60.0),
     "learning": (60.0, 3600.0), "forecast": (0.0, 300.0), "forecast_every": (1.0, 600.0), "kept": (600.0, 14400.0),
 }  # fmt: skip
 """Lowest and highest value of each setting."""
@@ -23,7 +22,6 @@ class TwinSettings:
         elements: Of the simulated string.
         interval: s between samples of the simulation.
         observer_gain: Of the weak observer, see `slider_drilling.drillstring.observer`.
-        observer_smoothing: s, of the weak observer.
         patience: s that the twin waits for samples of the drives that are late.
         learning: s of undisturbed work after which the twin is calibrated and watches.
         forecast: s that a forecast looks ahead; 0 for none.
@@ -34,7 +32,6 @@ class TwinSettings:
     elements: int = 60
     interval: float = 0.1
     observer_gain: float = 0.3
-    observer_smoothing: float = 1.0
     patience: float = 2.0
     learning: float = 180.0
     forecast: float = 60.0

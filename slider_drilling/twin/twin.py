@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 
 from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring import InitialState
+from slider_drilling.drillstring.observer_noise import needed_smoothing
 from slider_drilling.errors import InputError
+from slider_drilling.gap.problem.noise import difference_noise
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
@@ -45,6 +47,7 @@ _REPORT_S = 1.0
 _HISTORY_S = 400.0
 _FEATURES_EVERY = 5  # seconds between two windows whose features are taken
 _MOTION_S = 200.0  # of the drives' past, that a forecast repeats
+_NOISE_SAMPLES = 600  # from which on the noise of the torque is looked at, too
 
 
 class Twin:
@@ -288,11 +291,19 @@ class Twin:
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
+        smoothing = needed_smoothing(self.rig, *self._torque_noise(), s.observer_gain)
         follower = Follower(
-            self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, s.observer_smoothing, start
+            self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, smoothing, start
         )
         follower.move_centre(values)
         return follower
+
+    def _torque_noise(self) -> tuple[float, float]:
+        """Noise of the surface torque, N m, at least what the rig file declares, and s between two samples."""
+        torque, declared = self._buffers["surface_torque"], self._noise["surface_torque"]
+        if len(torque) < _NOISE_SAMPLES:
+            return declared, self.settings.interval
+        return max(declared, difference_noise(torque.value)), float(np.median(np.diff(torque.time)))
 
     def _look_for_changes(self, activity: Activity, now: float) -> None:
         """Take the features of this second, test a part of them, and turn alarms into detections."""

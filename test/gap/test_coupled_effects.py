@@ -74,6 +74,9 @@ class Fed(Joined):
     def with_measured(self, run, measured):
         return self
 
+    def noise_shrinkage(self, run, gain):
+        return 1.0 + gain
+
 
 def test_coupled_effects_are_searched_in_every_simulation_mode(monkeypatch):
     """Fed back, a self-excited oscillation keeps its phase, and a search finds what it cannot find in free runs."""

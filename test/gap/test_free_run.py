@@ -43,6 +43,9 @@ class Swing:
     def with_measured(self, run: int, measured: np.ndarray):
         return self
 
+    def noise_shrinkage(self, run: int, gain: float) -> float:
+        return 1.0 + gain
+
     def truncated(self, fraction: float):
         inside = fraction * TIME[-1] >= TIME
         run, (channel,) = self.runs[0], self.runs[0].channels

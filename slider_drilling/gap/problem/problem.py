@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from threading import Lock
+from typing import cast
 
 import numpy as np
 
@@ -194,8 +195,10 @@ class Problem:
         return expanded
 
     def observer_factor(self, piece: Piece) -> float:
-        """Factor by which the observer has shrunk a piece's residual."""
-        return 1.0 + self.options.observer_gain if piece.observed else 1.0
+        """Factor by which the observer has shrunk the noise in a piece's residual."""
+        if not piece.observed or self.options.observer_gain == 0.0:
+            return 1.0
+        return cast(HasObserver, self.model).noise_shrinkage(piece.run, self.options.observer_gain)
 
     def cost(self, residual: Array) -> tuple[float, dict[int, Discrepancy]]:
         """``-2 log p`` of a residual (N,), and the likeliest discrepancy of each piece that does not accumulate."""
