@@ -6,6 +6,7 @@ nothing changes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from slider_drilling.twin.samples import Array
 FEATURES = ("mean", "gain", "lag", "spread")
 _ROWS = {name: row for row, name in enumerate(COMPARED)}
 _MIN_SHARE = 0.5  # of a window's samples that must have been measured
-_LEAST_SPREAD = 0.05  # noise levels
+_SPREAD_FLOOR = 0.5  # noise levels: nobody acts on what changes far below the noise that the rig file declares
 _LEAST_SHAPE = 1e-3  # noise levels
 
 
@@ -27,7 +28,8 @@ class Feature:
     Attributes:
         channel: The channel.
         kind: One of `FEATURES`.
-        value: Noise levels; of the spread the logarithm of the RMS that the other three leave.
+        value: Noise levels; of the spread the logarithm of the RMS that the other three leave, with half a noise level
+            added in squares.
         sensitivity: Change per unit of each tracked parameter, (p,).
     """
 
@@ -59,7 +61,7 @@ def features(innovation: Array, expected: Array, sensitivity: Array, noise: dict
         slopes = solve @ sensitivity[known, row, :] / sigma
         for index, kind in enumerate(FEATURES[:3]):
             found.append(Feature(name, kind, float(coefficients[index]), slopes[index]))
-        spread = float(np.log(max(np.sqrt(np.mean(rest**2)), _LEAST_SPREAD)))
+        spread = 0.5 * math.log(_SPREAD_FLOOR**2 + float(np.mean(rest**2)))
         found.append(Feature(name, "spread", spread, np.zeros(sensitivity.shape[2])))
     return found
 

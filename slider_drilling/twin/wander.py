@@ -23,48 +23,48 @@ _PARAMETERS = {"friction_": 0.05, "motor_gain": 0.035}
 
 WANDERS = {
     ("surface_torque", "mean"): Wander(
-        white=0.3, slow=1.1, memory=1800, drift=0.28, jump=0.89, fresh=0.39,
-        weighed=0.5, steered=0.11, swung=0.22, threshold=12.5, smallest=1.2,
+        white=0.15, slow=0.48, memory=2700, drift=0.17, jump=0.53, fresh=0.27,
+        weighed=0.46, steered=0.2, swung=0.064, threshold=14.5, smallest=1.2,
     ),
     ("surface_torque", "gain"): Wander(
-        white=0.05, slow=0.16, memory=230, drift=0.029, jump=0.028, fresh=0.032,
-        weighed=0.35, steered=0.0098, swung=0.11, threshold=13.0, smallest=0.3,
+        white=0.03, slow=0.068, memory=44, drift=0.012, jump=0.014, fresh=0.082,
+        weighed=0.26, steered=0.028, swung=0.09, threshold=13.3, smallest=0.3,
         values=4, before=9,
     ),
     ("surface_torque", "lag"): Wander(
-        white=0.06, slow=0.056, memory=560, drift=0.029, jump=0.0077, fresh=0.014,
-        weighed=0.16, steered=0.0035, swung=0.12, threshold=19.0, smallest=0.2,
+        white=0.06, slow=0.071, memory=490, drift=0.019, jump=0.007, fresh=0.013,
+        weighed=0.45, steered=0.01, swung=0.2, threshold=17.0, smallest=0.2,
     ),
     ("surface_torque", "spread"): Wander(
-        white=0.06, slow=0.051, memory=80, drift=0.006, jump=0.008, fresh=0.013,
-        weighed=0.16, steered=0.0029, swung=0.13, threshold=21.7, smallest=0.15,
+        white=0.06, slow=0.038, memory=61, drift=0.005, jump=0.005, fresh=0.063,
+        weighed=0.19, steered=0.0054, swung=0.13, threshold=28.0, smallest=0.15,
         values=4, before=9,
     ),
     ("hook_load", "mean"): Wander(
-        white=0.2, slow=0.88, memory=1300, drift=0.11, jump=0.49, fresh=0.05,
-        weighed=1.6, steered=0.078, swung=0.16, threshold=14.5, smallest=1.0,
+        white=0.1, slow=0.83, memory=2500, drift=0.24, jump=0.27, fresh=0.067,
+        weighed=0.72, steered=0.073, swung=0.15, threshold=14.0, smallest=1.0,
     ),
     ("hook_load", "gain"): Wander(
-        white=0.06, slow=0.027, memory=82, drift=0.005, jump=0.005, fresh=0.005,
-        weighed=0.0091, steered=0.002, swung=0.023, threshold=9.5, smallest=0.3,
+        white=0.06, slow=0.016, memory=92, drift=0.005, jump=0.005, fresh=0.0054,
+        weighed=0.0078, steered=0.002, swung=0.023, threshold=9.5, smallest=0.3,
         values=4, before=9,
     ),
     ("hook_load", "lag"): Wander(
-        white=0.1, slow=0.008, memory=2500, drift=0.005, jump=0.005, fresh=0.013,
-        weighed=0.017, steered=0.002, swung=0.007, threshold=7.5, smallest=0.3,
+        white=0.1, slow=0.0056, memory=2900, drift=0.005, jump=0.005, fresh=0.0085,
+        weighed=0.012, steered=0.002, swung=0.007, threshold=7.5, smallest=0.3,
     ),
     ("hook_load", "spread"): Wander(
-        white=0.06, slow=0.005, memory=3000, drift=0.005, jump=0.0061, fresh=0.0057,
-        weighed=0.0051, steered=0.002, swung=0.021, threshold=9.3, smallest=0.15,
+        white=0.06, slow=0.0066, memory=2500, drift=0.005, jump=0.005, fresh=0.005,
+        weighed=0.0051, steered=0.002, swung=0.01, threshold=6.5, smallest=0.15,
         values=4, before=9,
     ),
     ("standpipe_pressure", "mean"): Wander(
-        white=0.5, slow=1.7, memory=320, drift=0.26, jump=0.7, fresh=0.83,
-        weighed=2.9, steered=0.054, swung=1.7, threshold=10.5, smallest=2.0,
+        white=0.25, slow=0.97, memory=200, drift=0.34, jump=0.37, fresh=0.64,
+        weighed=1.8, steered=0.027, swung=0.82, threshold=12.0, smallest=2.0,
     ),
     ("standpipe_pressure", "spread"): Wander(
-        white=0.08, slow=0.011, memory=1800, drift=0.005, jump=0.043, fresh=0.067,
-        weighed=0.15, steered=0.002, swung=0.21, threshold=10.5, smallest=0.15,
+        white=0.08, slow=0.032, memory=760, drift=0.005, jump=0.011, fresh=0.027,
+        weighed=0.12, steered=0.002, swung=0.16, threshold=12.8, smallest=0.15,
     ),
 }  # fmt: skip
 
