@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from slider_drilling.twin.tracked import TrackedParameter, rig_at
 
 _ROWS = [PLANT_CHANNELS.index(name) for name in COMPARED]
 _WEIGHT = PLANT_CHANNELS.index("weight_on_bit")
+_STRONGER, _MOST_LEAK = 1.5, 0.8  # times the stall pressure; share of the flow that bypasses there, at most
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,22 @@ class Follower:
     def _rigs(self) -> list[Rig]:
         values = self.values(self.centre)
         changed = [{**values, p.name: values[p.name] + p.step} for p in self._parameters if p.step]
-        return [rig_at(self._rig, each) for each in (values, *changed)]
+        return [_without_stall(rig_at(self._rig, each)) for each in (values, *changed)]
 
     def values(self, numbers: Array) -> Mapping[str, float]:
         """Values (p,) by parameter."""
         return {parameter.name: float(v) for parameter, v in zip(self._parameters, numbers, strict=True)}
+
+
+def _without_stall(rig: Rig) -> Rig:
+    """The rig with a motor that carries more: the same below the stall.
+
+    A plant that stalls stays so until it is picked up, though the rig, a little less loaded, may have drilled on.
+    """
+    motor = rig.motor
+    most = motor.max_pressure * math.sqrt(_MOST_LEAK / motor.leak) if motor.leak > 0.0 else math.inf
+    stall = max(motor.pressure_at_stall, min(_STRONGER * motor.pressure_at_stall, most))
+    return replace(rig, motor=replace(motor, stall_pressure=stall))
 
 
 def _reading(parameter: TrackedParameter, commands: Commands) -> Array:
