@@ -19,12 +19,13 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import DrillString
-from slider_drilling.diagnosis.nuisance import nuisance_parameters
+from slider_drilling.diagnosis.nuisance import ANISOTROPY, nuisance_parameters
 from slider_drilling.diagnosis.rig_values import contact_with, depth_probes, rig_with
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
+from slider_drilling.drillstring.assemble import friction_curve
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.gap import model as engine_model
@@ -300,7 +301,7 @@ def test_drill_string_satisfies_every_optional_protocol(protocol):
 
 
 def test_sets_that_differ_in_readings_share_a_simulation(monkeypatch, tmp_path):
-    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(30.0)))
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(300.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
     simulated = []
     plain = drill_string.simulate_batch
@@ -310,7 +311,15 @@ def test_sets_that_differ_in_readings_share_a_simulation(monkeypatch, tmp_path):
         return plain(rigs, *given, **options)
 
     monkeypatch.setattr(drill_string, "simulate_batch", counted)
-    sets = [{}, {"hook_load_offset": 1e4}, {"hook_load_gain": 1.01}, {"friction_1": 1.1}]
+    sets = [{}, {"hook_load_offset": 1e4}, {"hook_load_gain": 1.01}, {"tool_face_offset": 0.3}, {"friction_1": 1.1}]
     channels = model.simulate(0, sets, SimulationOptions(0))
     assert sum(simulated) == 2
     assert np.allclose(channels["hook_load"][1] - channels["hook_load"][0], 1e4)
+    assert np.allclose(channels["tool_face"][3] - channels["tool_face"][0], 0.3)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 2.0])
+def test_every_anisotropy_of_the_contact_is_fast(exponent):
+    """The table takes five times as long, and a search simulates hundreds of such contacts."""
+    contact = contact_with(short_rig().contact, {ANISOTROPY: exponent})
+    assert friction_curve(contact).polynomial.size

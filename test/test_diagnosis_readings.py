@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.nuisance import hook_load_reading, nuisance_parameters, torque_reading
+from slider_drilling.diagnosis.nuisance import TOOL_FACE_OFFSET, hook_load_reading, nuisance_parameters, torque_reading
 from slider_drilling.diagnosis.readings import READINGS, direction_of_block, read_hook_load, read_torque
 from slider_drilling.drillstring import Commands
 from slider_drilling.files.installed_files import installed_file
@@ -68,4 +68,5 @@ def test_only_channels_of_the_log_have_readings():
     of_torque = {parameter.name for parameter in torque_reading()}
     assert readings("surface_torque") == set(), "with torque alone its gain is friction"
     assert readings("surface_torque", "standpipe_pressure") == of_torque
-    assert readings("surface_torque", "hook_load") == READINGS
+    assert readings("surface_torque", "hook_load") == READINGS - {TOOL_FACE_OFFSET}
+    assert readings("surface_torque", "hook_load", "tool_face") == READINGS

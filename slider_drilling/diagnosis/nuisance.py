@@ -24,6 +24,8 @@ VECTOR_SHARE = "contact_vector_share"
 """How far the contact slips with the pipe's velocity as one vector (`Contact.vector_share`)."""
 ANISOTROPY = "friction_anisotropy"
 """Exponent of the ratio of the asperity's axes: 0 where friction is the same in all directions."""
+TOOL_FACE_OFFSET = "tool_face_offset"
+"""rad, toolface less the rotation of the lowest element."""
 START_TWISTS = (0.0, -4.0)
 """rad: where a fit of the string's twist at the start begins, if the log does not show it."""
 _MIN_FLOW_CHANGE = 0.02  # of the pump's speed
@@ -55,7 +57,7 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
         parameters.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
         parameters.append(Parameter("pressure_gain", 1.0, 0.8, 1.2, 0.005, spread=0.05))
     if "tool_face" in channels:
-        parameters.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
+        parameters.append(Parameter(TOOL_FACE_OFFSET, 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
     # What the rig file assumes, it may be wrong in by its own spread.
     return (*with_assumed_spreads(parameters, rig), *assumed_parameters(rig, channels))
 

@@ -1,17 +1,18 @@
-"""What sensors show of a simulation: lag, gain, offset and delay of readings, and friction of the sheaves."""
+"""What sensors show of a simulation: lag, gain, offset and delay of readings, friction of the sheaves, and where the
+toolface is zero."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.diagnosis.nuisance import hook_load_reading, torque_reading
+from slider_drilling.diagnosis.nuisance import TOOL_FACE_OFFSET, hook_load_reading, torque_reading
 from slider_drilling.diagnosis.rig_changes import with_rig_changes
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.gap.model import Array, Values
 from slider_drilling.rig import Rig
 
 # Parameters that the plant does not know: they act on readings alone.
-READINGS = frozenset(parameter.name for parameter in (*hook_load_reading(), *torque_reading()))
+READINGS = frozenset((TOOL_FACE_OFFSET, *(each.name for each in (*hook_load_reading(), *torque_reading()))))
 _NEUTRAL_READING = (("gain", 1.0), ("offset", 0.0), ("delay", 0.0))
 # m/s of block speed, below which the friction of the sheaves is not fully turned round. A choice, for which no number
 # was found in print: a fifth of the speed of lowering at 9 m/h, so that a block that drills has all of it.

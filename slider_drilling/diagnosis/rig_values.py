@@ -144,7 +144,7 @@ def with_probes(intervals: tuple[FrictionInterval, ...], length: float, values: 
 
 def initial_state_with(values: Values, before: InitialState) -> InitialState:
     """The initial state with fitted values; before: without them."""
-    start = replace(before, twist=values.get("start_twist", 0.0), tool_face_offset=values.get("tool_face_offset", 0.0))
+    start = replace(before, twist=values.get("start_twist", 0.0))
     if not before.loaded:
         return start
     weight = max(before.weight_on_bit + values.get("start_weight", 0.0), 0.0)

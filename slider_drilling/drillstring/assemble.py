@@ -29,7 +29,9 @@ from slider_drilling.wellbore.mesh import (
 )
 
 _POLYNOMIAL_DEGREE = 7
-POLYNOMIAL_TOLERANCE = 1e-5  # relative error of 1 / mu; beyond it (at a kink between wear modes) a table is used
+# Relative error of 1 / mu, beyond which (at a kink between wear modes) a table is used: that takes five times as long,
+# and nobody knows the friction of a hole to one part in a thousand.
+POLYNOMIAL_TOLERANCE = 5e-4
 MIN_FRICTION_FACTOR = 1e-9
 """Smallest factor of friction: at zero the length over which a contact's strain decays would be zero."""
 _STEP_MARGIN = 0.95  # of the longest stable step of the springs alone

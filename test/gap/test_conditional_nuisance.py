@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
 import pytest
-from toy import EFFECTS, Toy, toy
+from toy import EFFECTS, TIME, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
 from slider_drilling.gap.problem.problem import build_problem
@@ -17,9 +18,11 @@ from slider_drilling.gap.results.intervals import (
     parameter_intervals,
 )
 from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.selection import forward_selection
 from slider_drilling.gap.selection.forward_selection import CLEAR_LEAD, clear_leaders
 
 BEND = next(effect for effect in EFFECTS if effect.name == "bend")
+TWIN = replace(BEND, name="twin", parameters=(replace(BEND.parameters[0], name="twin"),))
 
 
 @dataclass(frozen=True)
@@ -79,10 +82,23 @@ def test_conditional_nuisance_is_no_candidate():
 def test_alike_nuisance_does_not_stop_calibration():
     """Two conditional parameters that do the same: the log need not tell which it is."""
     (run,) = toy({"level": 2.0, "bend": 4.0}, 5).runs
-    twin = replace(BEND, name="twin", parameters=(replace(BEND.parameters[0], name="twin"),))
-    answer = explain(TwinToy((run,), conditional_nuisance=(BEND, twin)))
+    answer = explain(TwinToy((run,), conditional_nuisance=(BEND, TWIN)))
     assert answer.verdict == "parameters"
     assert {"bend", "twin"} & set(answer.parameters)
+
+
+@pytest.mark.parametrize("unknown, tried", [(0.0, False), (3.0, True)])
+def test_nuisance_is_tried_together_only_where_something_is_left(monkeypatch, unknown, tried):
+    asked, plain = [], forward_selection.grid_arms
+
+    def grid_arms(state, conditional):
+        asked.append(conditional)
+        return plain(state, conditional)
+
+    monkeypatch.setattr(forward_selection, "grid_arms", grid_arms)
+    (run,) = toy({"level": 2.0, "saw": 4.0}, 3, extra=unknown * np.sin(TIME)).runs
+    explain(TwinToy((run,), conditional_nuisance=(BEND, TWIN)))
+    assert bool(asked) == tried
 
 
 class RacedArm(NamedTuple):

@@ -172,6 +172,11 @@ def closes_most(times: float) -> Evidence:
     return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
 
 
+def makes_no_channel_worse(times: float) -> Evidence:
+    after = 3.0 + 3.0 * np.sqrt(2.0 / TIME.size) / times
+    return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
+
+
 def is_physical(times: float) -> Evidence:
     sine = replace(SINE, physical=(1.0, 9.0), nonphysical="a cosine")
     fitted = model(scored(), effects=(sine,))
@@ -244,6 +249,7 @@ AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
     "material": is_material,
     "gap reduction relevant": closes,
     "closes most of the gap": closes_most,
+    "most channels no worse": makes_no_channel_worse,
     "sign and size physical": is_physical,
     "relevant after calibration": closes_of_calibrated,
     "gap reduction significant in other runs": in_other_runs(shrinks),
@@ -280,6 +286,15 @@ def test_failed_criterion_gives_its_message(name, monkeypatch):
     rule, found = criterion(name), AT_THRESHOLD[name](OUTSIDE)
     for stage in rule.stages:
         assert set(rule.messages(found)) <= set(failures(stage, found))
+
+
+@pytest.mark.parametrize("channels, passes", [(2, False), (3, True)])
+def test_no_name_that_makes_half_of_the_channels_worse(channels, passes):
+    names = ("force", "speed", "angle")[:channels]
+    pieces = [replace(piece, channel=replace(piece.channel, name=name)) for piece in PROBLEM.pieces for name in names]
+    before, after = (replace(scored(), by_channel=dict.fromkeys(names, 2.0) | {"force": worst}) for worst in (2.0, 3.0))
+    found = evidence(model(before, pieces=pieces), model(after, effects=(SINE,), pieces=pieces))
+    assert criterion("most channels no worse").passes(found) == passes
 
 
 def test_messages_name_size_and_significance_apart():

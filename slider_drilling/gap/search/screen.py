@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -94,6 +95,16 @@ class _View:
 
     white: Array
     rows: Array
+
+    @cached_property
+    def inner(self) -> Array:
+        """(p + P, p + P) inner products of the rows."""
+        return self.rows @ self.rows.T
+
+    @cached_property
+    def along(self) -> Array:
+        """(p + P,) inner products of the rows with the residual."""
+        return self.rows @ self.white
 
 
 def scan_effects(problem: Problem, base: Fit, effects: Sequence[Effect]) -> Scan:
@@ -191,7 +202,7 @@ def _predict(
     count = len(base.parameters)
     own = [*range(count), *(count + index for index in indices)]
     points = [(effect, scan.points[index][1]) for effect, index in zip(effects, indices, strict=True)]
-    step = _bounded_step_of(base, points, view.rows[own], view.white)
+    step = _bounded_step_of(base, points, view.inner[np.ix_(own, own)], view.along[own])
     change = step[:count] @ base.jacobian + step[count:] @ scan.changes[list(indices)]
     residual = problem.residual_of(base.simulated + change)
     gap = float(np.sqrt(np.mean(residual**2)))
@@ -234,13 +245,20 @@ def _gain(multiple: Array, along: Array, power: Array) -> Array:
     return np.asarray(2.0 * multiple * along - multiple**2 * power, dtype=np.float64)
 
 
-def _bounded_step_of(base: Fit, points: Sequence[ScanPoint], rows: Array, white: Array) -> Array:
-    """(p + e,) step that leaves least: nuisance in scales, then multiples of the scan points' changes, bounded."""
+def _bounded_step_of(base: Fit, points: Sequence[ScanPoint], inner: Array, along: Array) -> Array:
+    """(p + e,) step that leaves least: nuisance in scales, then multiples of the scan points' changes, bounded.
+
+    Args:
+        base: The fit.
+        points: The e scan points.
+        inner: (p + e, p + e) inner products of the whitened rows of the freed parameters and the points.
+        along: (p + e,) inner products of these with the whitened residual.
+    """
     low, high = distance_to_bounds(base.parameters, base.values)
     none = np.zeros(len(points))
     prior = np.append(prior_weights(base.parameters), none) ** 2
-    normal = rows @ rows.T + np.diag(prior)
-    gradient = rows @ white - prior * np.append(scaled_offsets(base.parameters, base.values), none)
+    normal = inner + np.diag(prior)
+    gradient = along - prior * np.append(scaled_offsets(base.parameters, base.values), none)
     ranges = [_secant_range(effect, point) for effect, point in points]
     lowest = np.append(np.maximum(low, -_TRUST), [own[0] for own in ranges])
     highest = np.append(np.minimum(high, _TRUST), [own[1] for own in ranges])

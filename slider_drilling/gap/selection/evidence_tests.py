@@ -158,6 +158,14 @@ def exceeds_model_error(evidence: Evidence) -> bool:
     return any(before[name] ** 2 - after[name] ** 2 > max(budget[name], chance[name]) for name in before)
 
 
+def most_channels_hold(evidence: Evidence) -> bool:
+    """Whether fewer than half of the channels are further off with the effects than without, beyond white noise."""
+    chance = _uncertainty_of_squared_gaps(evidence.without)
+    before, after = evidence.without.score.by_channel, evidence.fitted.score.by_channel
+    worse = [name for name in before if after[name] ** 2 - before[name] ** 2 > chance[name]]
+    return 2 * len(worse) < len(before)
+
+
 def is_material(evidence: Evidence) -> bool:
     problem, values = evidence.fitted.problem, evidence.fitted.fit.values
     fitted = user_values(problem, values)

@@ -31,6 +31,7 @@ from slider_drilling.gap.selection.refit import check_adequacy, finish_and_cross
 from slider_drilling.gap.selection.start_points import (
     StartPoint,
     find_start_points,
+    grid_arms,
     race_entries,
     race_entries_of_pairs,
 )
@@ -121,10 +122,28 @@ def _race(state: SearchState, remaining: Sequence[Effect], task: SearchTask) -> 
     task.report(f"racing {len(remaining)} effects{step_name}", min(0.1 + 0.3 * number, 0.8))
     start_points = find_start_points(state, [*remaining, *task.conditional])
     coupled = task.coupled if number == 0 else ()
-    arms, predicted_gain = race_entries(state, start_points, coupled, task.conditional)
+    arms, predicted_gain = race_entries(state, start_points, coupled)
     finishers = race(state.modes, arms)
+    least = min((arm.cost for arm in finishers if arm.physical), default=math.inf)
+    if len(task.conditional) > 1 and _something_is_left(state, least):
+        from_grid = race(state.modes, grid_arms(state, task.conditional), least)
+        finishers = sorted([*finishers, *from_grid], key=lambda arm: arm.cost)
     task.report("testing the candidates", min(0.25 + 0.3 * number, 0.9))
     return _Raced(finishers, start_points, predicted_gain)
+
+
+def _something_is_left(state: SearchState, least_cost: float) -> bool:
+    """Whether conditional nuisance together could explain more than a race left: its grid takes a third of a race.
+
+    It cannot beside effects that leave no more than noise, nor where a fit is as likely as white noise of the floors'
+    size, whose ``-2 log p`` is the number of samples.
+
+    Args:
+        state: State before the race.
+        least_cost: ``-2 log p`` of the best physical fit of the race.
+    """
+    beside_enough = bool(state.current.effects) and state.adequacy.adequate
+    return not beside_enough and least_cost > state.modes[0].size
 
 
 def _replace_implausible_calibration(

@@ -229,6 +229,15 @@ CRITERIA: tuple[Criterion, ...] = (
         kind=Kind.SIZE,
     ),
     Criterion(
+        name="most channels no worse",
+        stages=(Stage.VERDICT,),
+        test="E of every channel, with and without all named effects",
+        threshold="worse, by more than three standard deviations of white noise, in fewer than half of the channels",
+        message="half of the channels or more are further off with it",
+        reason="A cause brings the simulation nearer to the log. What trades one channel for another is none.",
+        passes=tests.most_channels_hold,
+    ),
+    Criterion(
         name="sign and size physical",
         stages=(Stage.CANDIDATE,),
         test="fitted amplitude of every new effect",

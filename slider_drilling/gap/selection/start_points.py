@@ -91,7 +91,6 @@ def race_entries(
     state: SearchState,
     start_points: Sequence[StartPoint],
     coupled: Sequence[Sequence[Effect]],
-    conditional: Sequence[Effect] = (),
 ) -> tuple[list[Arm], dict[str, float]]:
     """The arms of a race.
 
@@ -99,7 +98,6 @@ def race_entries(
         state: State of the search.
         start_points: Fits to start beside.
         coupled: Sets of effects that also start together.
-        conditional: Conditional nuisance, which starts together too.
 
     Returns:
         One arm for each start of each effect and set; and by name of effect the gain of ``-2 log p`` that its scan
@@ -119,8 +117,6 @@ def race_entries(
         for effects in coupled:
             if all(effect.name in by_name for effect in effects):
                 arms.append(_joint_arm(known, effects, by_name, point))
-    if len(conditional) > 1:
-        arms += _grid_arms(state, conditional)
     bases = {point.mode: point.base for point in start_points if point.calibrated}
     for effects in coupled:
         for mode, base in bases.items():
@@ -153,13 +149,17 @@ def _joint_arm(
     return Arm((*known, *effects), point.mode, start, point.base)
 
 
-def _grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
+def grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     """Arms in which all conditional nuisance starts together: the best of short fits from the points of a grid.
 
     The grid has every other point of each scan: with all of them it would be five times as large.
 
     One number alone may leave as much as before while another is wrong too, and a start alone does not show how near
     an optimum is. All else starts as given: from a calibration that has made up for the contact no fit finds back.
+
+    Args:
+        state: State of the search.
+        conditional: Conditional nuisance, at least two.
     """
     effects, mode = (*state.current.effects, *conditional), state.active_modes[0]
     problem = state.modes[mode].at_fidelity_of(effects)
