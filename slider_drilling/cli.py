@@ -169,7 +169,12 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
         fail(f"{where}: {error.format_message()} See `{where} --help`.", 2)
     except click.ClickException as error:
         fail(error.format_message(), 2)
-    except (KeyboardInterrupt, click.Abort):
+    except click.Abort as error:
+        # Click turns these two into one: a file that ends too early is no interrupt.
+        if isinstance(error.__cause__, EOFError):
+            _fail_for_short_file(error.__cause__)
+        fail("interrupted", signal_exit_code() or 130)
+    except KeyboardInterrupt:
         fail("interrupted", signal_exit_code() or 130)
     except BrokenPipeError:
         _silence_stdout()
@@ -187,6 +192,18 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
         fail("interrupted", signal_exit_code())
     # A command that a signal cut short has written partial results, which say so; the exit code does too.
     raise SystemExit(signal_exit_code() or (outcome if isinstance(outcome, int) else 0))
+
+
+def _fail_for_short_file(error: EOFError) -> NoReturn:
+    """Say what to do about a module whose compiled form ends too early; raise any other error.
+
+    Python does not check how much of a compiled module it wrote: on a full disk it keeps the beginning, and every later
+    start fails.
+    """
+    if "marshal data" not in str(error) and "EOF read where" not in str(error):
+        raise error
+    fail(f"{os.path.dirname(__file__)}: compiled Python modules are cut off, as by a full disk; make room and delete all folders "
+         "__pycache__ below it", 2)  # fmt: skip
 
 
 def _silence_stdout() -> None:

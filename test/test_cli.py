@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import marshal
 import os
 import signal
 import subprocess
@@ -132,6 +133,15 @@ def test_full_disk_names_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert code == 2
     assert said.count("\n") == 1
     assert "No space left on device" in said
+
+
+def test_cut_off_module_is_no_interrupt(capsys: pytest.CaptureFixture[str]) -> None:
+    def body() -> None:
+        marshal.loads(marshal.dumps((1, 2))[:-1])
+
+    code, said = outcome(capsys, body)
+    assert code == 2 and said.count("\n") == 1
+    assert "compiled Python modules are cut off" in said and "__pycache__" in said
 
 
 def test_interrupt_is_code_130(capsys: pytest.CaptureFixture[str]) -> None:

@@ -228,7 +228,7 @@ except InputError as error:
 
 def fill_disk(path: Path, size: int, how: str = "record") -> str:
     """Write a log past a limit on the size of files, which fails just as a full disk does; what is said of it."""
-    command = [sys.executable, "-c", FULL_DISK, str(path), str(size), how]
+    command = [sys.executable, "-Bc", FULL_DISK, str(path), str(size), how]
     answer = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=120)
     assert answer.stderr == ""
     return answer.stdout

@@ -125,7 +125,7 @@ def test_full_disk_keeps_recording_and_ends_process(namespace, tmp_path):
     process = subprocess.Popen(
         [
             sys.executable,
-            "-c",
+            "-Bc",
             code,
             "--ros-args",
             "-r",

@@ -127,7 +127,7 @@ def test_full_disk_is_one_line(recorded, environment, tmp_path):
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
         "from slider_drilling.cli import main; main()"
     )
-    arguments = [sys.executable, "-c", code, "run", "--duration", "60", "--elements", "20", "--record", str(tmp_path)]
+    arguments = [sys.executable, "-Bc", code, "run", "--duration", "60", "--elements", "20", "--record", str(tmp_path)]
     done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 2, done.stderr
     # A machine with little time to spare tells of its progress.
