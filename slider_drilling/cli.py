@@ -202,8 +202,8 @@ def _fail_for_short_file(error: EOFError) -> NoReturn:
     """
     if "marshal data" not in str(error) and "EOF read where" not in str(error):
         raise error
-    fail(f"{os.path.dirname(__file__)}: compiled Python modules are cut off, as by a full disk; make room and delete all folders "
-         "__pycache__ below it", 2)  # fmt: skip
+    fail(f"{os.path.dirname(__file__)}: compiled Python modules are cut off, as by a full disk; make room and delete "
+         "all folders __pycache__ below it", 2)  # fmt: skip
 
 
 def _silence_stdout() -> None:
