@@ -32,7 +32,13 @@ from slider_drilling.diagnosis.result import (
     ResidualShape,
 )
 from slider_drilling.diagnosis.rig_source import RigSource
-from slider_drilling.diagnosis.sentences import closed_in_words, prediction_horizon, summary, technical_summary
+from slider_drilling.diagnosis.sentences import (
+    closed_in_words,
+    model_error_allowed,
+    prediction_horizon,
+    summary,
+    technical_summary,
+)
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap import criteria_table
 from slider_drilling.gap.results.breakdown import GapBreakdown
@@ -231,6 +237,16 @@ def test_calibrated_value_compatible_with_one_is_not_named(interval, named):
 def test_two_effects_share_one_sentence():
     both = replace(worn_motor(), effects=("motor_wear", "formation_change"))
     assert "than the file says, and from 3 s on the rock takes 0.800 times the weight" in says(both)
+
+
+def test_models_own_error_is_stated_by_share():
+    diagnosis = worn_motor()
+    assert model_error_allowed(diagnosis) is None
+    shares = {"surface_torque": 0.02, "standpipe_pressure": 0.02, "hook_load": 0.055}
+    stated = replace(diagnosis, gap=replace(diagnosis.gap, model_error=shares))
+    said = "wrong by 2 % of the spread of surface torque and standpipe pressure; 5.5 % of the spread of hook load ("
+    assert said in (model_error_allowed(stated) or "")
+    assert said in page_html(report_page(stated), SI)
 
 
 def test_prediction_horizon_names_each_channel_once():

@@ -11,13 +11,14 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.commands.replay import command
-from slider_drilling.diagnosis.replay import replay
+from slider_drilling.diagnosis.replay import channel_of, replay
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import read_log
-from slider_drilling.rig import load_rig
+from slider_drilling.rig import load_rig, parse_rig
 
-RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+RIG_FILE = Path(__file__).parents[1] / "config" / "rig.example.yaml"
+RIG = load_rig(RIG_FILE)
 
 
 def short_run() -> Commands:
@@ -53,6 +54,16 @@ def test_replay_of_an_own_run_matches_it(tmp_path):
     assert again.channels["hook_load"].rms < 1.0
     assert again.channels["tool_face"].rms < 1e-4
     assert again.assumptions == ()
+
+
+def test_rig_file_says_how_wrong_the_model_may_be():
+    text = RIG_FILE.read_text().replace("hook_load: {noise: 4000.0,", "hook_load: {noise: 4000.0, model_error: 0.05,")
+    time = np.arange(0.0, 30.0, 0.1)
+    names = ("surface_torque", "hook_load", "tool_face")
+    channels = {name: channel_of(parse_rig(text), name, time, time) for name in names}
+    assert {name: channel.model_error for name, channel in channels.items()} == {
+        "surface_torque": 0.02, "hook_load": 0.05, "tool_face": 0.0,
+    }  # fmt: skip
 
 
 def test_command_prints_the_documented_json(tmp_path):

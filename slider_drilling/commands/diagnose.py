@@ -144,6 +144,7 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.diagnosis.asked_run import ask_next
     from slider_drilling.diagnosis.sentences import (
+        model_error_allowed,
         prediction_horizon,
         remarks_beside_checks,
         summary,
@@ -159,6 +160,8 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
         print_checks(checked.rows(), units, checked.log.source if len(diagnosis.logs) > 1 else "")
     _print_ranking(diagnosis.ranking, units)
     _print_whole_runs(diagnosis, units)
+    if (allowed := model_error_allowed(diagnosis)) is not None:
+        stdout().print(allowed)
     for text in prediction_horizon(diagnosis):
         stdout().print(text)
     if diagnosis.next_manoeuvre is not None:

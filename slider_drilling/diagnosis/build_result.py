@@ -106,6 +106,7 @@ def _gap(answer: GapDiagnosis, model: Model) -> Gap:
             )
             for name, floor in floors.items()
         },
+        model_error={name: channel.model_error for name, channel in channels.items() if channel.model_error},
         rms={
             name: ChannelErrors(channel.unit, *(rms.get(stage, {}).get(name) for stage in STAGES))
             for name, channel in channels.items()

@@ -9,6 +9,7 @@ from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfal
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
+    model_error_allowed,
     prediction_horizon,
     remarks_beside_checks,
     summary,
@@ -92,6 +93,7 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
     about = _ABOUT_E if diagnosis.change is None else _ABOUT_E_OF_CHANGE
     stages = waterfall(gap, bool(diagnosis.effects), diagnosis.stage_names)
     items: list[Text | Chart | Table] = [about, *_feedback(diagnosis), stages, _channels(diagnosis, gap)]
+    items += [text for text in (model_error_allowed(diagnosis),) if text is not None]
     items += _whole_runs(diagnosis)
     title = "How large the gap is" if diagnosis.change is None else "How large the difference is"
     return [Section(title, (*items, *prediction_horizon(diagnosis)))]

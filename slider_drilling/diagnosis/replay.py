@@ -20,8 +20,6 @@ from slider_drilling.rig import Rig, Sensor
 from slider_drilling.units import Text
 
 _UNITS = {"surface_torque": "N m", "standpipe_pressure": "Pa", "hook_load": "N"}
-# Share of what a channel moves by which the plant as such may be wrong.
-MODEL_ERRORS = {"surface_torque": 0.02, "hook_load": 0.02, "standpipe_pressure": 0.02}
 # rad, 15 deg: RMS error of a simulated toolface that nobody would act upon, as directional drillers steer within it.
 TOOL_FACE_TOLERANCE = math.radians(15.0)
 
@@ -120,7 +118,7 @@ def channel_of(rig: Rig, name: str, time: Array, values: Array) -> Channel:
     sensor: Sensor = getattr(rig.sensors, name)
     return Channel(
         name, time, values, _UNITS[name], declared_noise=sensor.noise, resolution=sensor.resolution,
-        model_error=MODEL_ERRORS.get(name, 0.0),
+        model_error=sensor.model_error,
     )  # fmt: skip
 
 def replay(

@@ -90,6 +90,8 @@ class Gap:
         noise_floor: Noise by channel.
         rms: Errors by channel.
         misfit_channels: Channels in which the final model leaves more than noise, or structure unlike noise.
+        model_error: Share of what a channel moves by which the simulation may be wrong, by channel; empty
+            where only a difference from a baseline is compared.
     """
 
     nominal: float | None = None
@@ -101,6 +103,7 @@ class Gap:
     noise_floor: Mapping[str, ChannelNoise] = field(default_factory=dict)
     rms: Mapping[str, ChannelErrors] = field(default_factory=dict)
     misfit_channels: tuple[str, ...] = ()
+    model_error: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,22 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
+def model_error_allowed(diagnosis: Diagnosis) -> str | None:
+    """By how much the simulation may be wrong before anything has a name; None where nothing was compared."""
+    shares: dict[float, list[str]] = {}
+    for name, share in (diagnosis.gap or Gap()).model_error.items():
+        shares.setdefault(share, []).append(plain_name(name))
+    if not shares:
+        return None
+    parts = (f"{100.0 * share:g} % of the spread of {_listed(names)}" for share, names in shares.items())
+    return (f"The simulation itself may be wrong by {'; '.join(parts)} (`model_error` of the rig file's sensors): "
+            "nothing smaller is named.")  # fmt: skip
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
+
+
 def prediction_horizon(diagnosis: Diagnosis) -> list[str]:
     """How far ahead the model predicts each channel."""
     errors = diagnosis.whole_run_errors

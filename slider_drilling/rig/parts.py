@@ -309,11 +309,16 @@ class TopDrive:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A surface sensor: noise (one standard deviation) and resolution in the channel's unit, first-order lag in s."""
+    """A surface sensor: noise (one standard deviation) and resolution in the channel's unit, first-order lag in s.
+
+    ``model_error`` is no property of the sensor: the share of what its channel moves by which the simulation may be
+    wrong, whatever its parameters. A diagnosis names nothing that is smaller.
+    """
 
     noise: float = quantity("-", at_least=0.0)
     lag: float = quantity("s", at_least=0.0, at_most=60.0, why="first order: under a second to some")
     resolution: float = quantity("-", at_least=0.0)
+    model_error: float = quantity("-", 0.02, at_least=0.0, at_most=0.5, why="a share: no simulator is exact")
 
 
 @dataclass(frozen=True)
