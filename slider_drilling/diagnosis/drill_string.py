@@ -23,7 +23,6 @@ from slider_drilling.diagnosis.drilling_programmes import (
 )
 from slider_drilling.diagnosis.free_forms import catalogue_free_forms
 from slider_drilling.diagnosis.nuisance import (
-    TOOL_FACE_OFFSET,
     conditional_nuisance,
     reported_nuisance,
     with_reported_nuisance,
@@ -32,6 +31,7 @@ from slider_drilling.diagnosis.readings import (
     READINGS,
     direction_of_block,
     read_hook_load,
+    read_tool_face,
     read_torque,
     sample_channel,
     sensor_lag,
@@ -199,7 +199,7 @@ class DrillString:
             if channel.name == "surface_torque":
                 rows = [read_torque(row, channel.time, values) for row, values in zip(rows, sets, strict=True)]
             if channel.name == "tool_face":
-                rows = [row + values.get(TOOL_FACE_OFFSET, 0.0) for row, values in zip(rows, sets, strict=True)]
+                rows = [read_tool_face(row, values) for row, values in zip(rows, sets, strict=True)]
             simulated[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
             for user in self._active_users(values):

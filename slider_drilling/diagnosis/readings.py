@@ -52,6 +52,11 @@ def read_torque(torque: Array, time: Array, values: Values) -> Array:
     return np.asarray(gain * late + offset)
 
 
+def read_tool_face(tool_face: Array, values: Values) -> Array:
+    """The toolface as the MWD reads it: from the zero of its own, rad; values: of `TOOL_FACE_OFFSET`."""
+    return np.asarray(tool_face + values.get(TOOL_FACE_OFFSET, 0.0))
+
+
 def sensor_lag(rig: Rig, channel: str) -> float:
     """First-order lag, s, of a surface sensor by the rig file; 0 for the toolface."""
     sensor = getattr(rig.sensors, channel, None)
