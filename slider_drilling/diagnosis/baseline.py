@@ -22,7 +22,7 @@ from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.results.intervals import TWO_SIDED_95, parameter_intervals
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, fit, linearised_at_its_end
 from slider_drilling.gap.search.multi_start import fit_from_starts
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import scan_effects, screen
@@ -114,7 +114,9 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig) -> Baseline:
         )
     noise = _noise_left(problem, found, floors)
     in_these_units = build_problem(model, [{name: noise[name].sigma for name in own} for own in floors])
-    again = fit(in_these_units, found.parameters, found.values, iterations=1)
+    again = linearised_at_its_end(
+        in_these_units, fit(in_these_units, found.parameters, found.values, iterations=1)
+    )
     return Baseline(
         rig, tuple(log.source for log in logs), _parameters(in_these_units, again), standing, noise,
         chance_gains(in_these_units, again, candidates_for_change(model.effects, standing, again.values)),

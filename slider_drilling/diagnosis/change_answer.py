@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from slider_drilling.gap.results.intervals import (
     parameter_intervals,
     user_values,
 )
-from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.gap.search.least_squares import Fit, linearised_at_its_end
 from slider_drilling.plain_names import plain_name
 
 # Gain of ``-2 log p`` from which a candidate has evidence, and from which it is suspected. A likelihood ratio of that
@@ -112,7 +112,7 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
     refused = _refused(search)
     group = _indistinguishable([each for each in search.tried if each.effect.name not in refused])
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
-    named = group[0] if 0 < len(group) <= _MAX_GROUP and different else None
+    named = _linearised(group[0]) if 0 < len(group) <= _MAX_GROUP and different else None
     final = search.calibrated if named is None else named.fit
     verdict = _verdict(search, named, different)
     explained, interval = None, None
@@ -133,6 +133,11 @@ def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> Chan
         refused=refused,
         gaps=(unchanged, calibrated, None if named is None else named.gap),
     )
+
+
+def _linearised(tried: TriedChange) -> TriedChange:
+    """The candidate with a Jacobian of where its fit ended, for the intervals of its parameters."""
+    return replace(tried, fit=linearised_at_its_end(tried.problem, tried.fit))
 
 
 def _verdict(search: ChangeSearch, named: TriedChange | None, different: bool) -> str:

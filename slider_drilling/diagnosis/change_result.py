@@ -104,7 +104,7 @@ def _ranking(search: ChangeSearch, answer: ChangeAnswer) -> tuple[RankedEffect, 
 
 
 def _ranked(search: ChangeSearch, answer: ChangeAnswer, tried: TriedChange) -> RankedEffect:
-    named = tried is answer.named
+    named = answer.named is not None and tried.effect.name == answer.named.effect.name
     failed = answer.refused.get(tried.effect.name, "")
     closed, interval = share_explained(search.problem, search.calibrated.residual, tried.fit.residual)
     why_not = () if named else (failed or _why_not(tried, answer),)

@@ -15,7 +15,7 @@ from slider_drilling.diagnosis.rig_changes import changes_of_number
 from slider_drilling.diagnosis.usual_error import usual_gap
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit
+from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, linearised_at_its_end
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_effects, screen
 
@@ -84,7 +84,7 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
     noise = [{channel.name: baseline.noise[channel.name].sigma for channel in run.channels} for run in model.runs]
     problem = build_problem(model, noise)
     unchanged = _fit_start(problem)
-    calibrated = fit(problem, parameters_of(problem, ()), unchanged.values)
+    calibrated = linearised_at_its_end(problem, fit(problem, parameters_of(problem, ()), unchanged.values))
     entries, scanned = _scan(problem, calibrated, model, baseline.chance_gains)
     first = _moved_numbers(calibrated, model)
     names = {each.effect.name for each in first}

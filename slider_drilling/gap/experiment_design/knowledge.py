@@ -13,7 +13,7 @@ from slider_drilling.gap.model import Effect, Model, Parameter, Values
 from slider_drilling.gap.problem.model_error import observed_model_error, with_model_error
 from slider_drilling.gap.problem.noise import noise_floors, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, fit, linearised_at_its_end
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import ScanPoint, scan_changes
 from slider_drilling.gap.selection.calibration import lower_floors
@@ -132,7 +132,7 @@ def after_fit(model: Model, explanations: Sequence[Explanation]) -> Knowledge:
     rough = fit(problem, parameters, answer.fitted, iterations=0)
     floors = list(lower_floors(problem, rough, floors))
     problem = build_problem(model, [sigmas(own) for own in floors]).at_fidelity_of(named)
-    found = fit(problem, parameters, answer.fitted, iterations=1)
+    found = linearised_at_its_end(problem, fit(problem, parameters, answer.fitted, iterations=1))
     return _after(problem, found, named, model.effects, tuple(explanations))
 
 

@@ -141,6 +141,16 @@ def fit(
     )  # fmt: skip
 
 
+def linearised_at_its_end(problem: Problem, found: Fit) -> Fit:
+    """The same fit with a Jacobian that is simulated where it ended.
+
+    That of the fit itself comes from an earlier point, with what its steps told since: enough to go on, but not to say
+    how well a parameter is known.
+    """
+    here = fit(problem, found.parameters, found.values, iterations=0, known=KnownStart(found.simulated))
+    return replace(found, jacobian=here.jacobian, jacobian_stale=False)
+
+
 def min_gain_to_catch_up(behind: float, iterations: int | None = None) -> float:
     """Gain of ``-2 log p`` that an iteration must bring for a fit to catch up with a better one.
 

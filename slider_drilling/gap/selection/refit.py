@@ -19,7 +19,14 @@ from slider_drilling.gap.evidence.score import (
 from slider_drilling.gap.model import Effect, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import fit_fidelity, refit_in_fine_simulation, refit_with_correction
-from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, KnownStart, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.least_squares import (
+    TOLERANCE,
+    Fit,
+    KnownStart,
+    fit,
+    linearised_at_its_end,
+    min_gain_to_catch_up,
+)
 from slider_drilling.gap.search.multi_start import fit_from_starts, scattered_starts
 from slider_drilling.gap.search.race import Arm
 from slider_drilling.gap.selection.state import FittedModel, SearchState
@@ -28,7 +35,8 @@ from slider_drilling.process.parallel_map import parallel_map
 
 def cross_validate(problem: Problem, fine_fit: Fit, effects: Sequence[Effect], folds: Folds) -> FittedModel:
     """The model of a finished fit, with its cross-validated score."""
-    return FittedModel(tuple(effects), problem, fine_fit, score_held_out(problem, fine_fit, folds))
+    known = linearised_at_its_end(problem, fine_fit)
+    return FittedModel(tuple(effects), problem, known, score_held_out(problem, known, folds))
 
 
 def finish_and_cross_validate(problem: Problem, effects: Sequence[Effect], start: Fit, folds: Folds) -> FittedModel:
