@@ -11,7 +11,13 @@ from toy import TIME, Toy, fit_toy, toy
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search import least_squares
-from slider_drilling.gap.search.least_squares import KnownStart, bounded_step, broyden_update, fit
+from slider_drilling.gap.search.least_squares import (
+    KnownStart,
+    bounded_step,
+    broyden_update,
+    fit,
+    linearised_at_its_end,
+)
 
 PARAMETERS = (Parameter("size", 1.0, 0.1, 9.0, 0.1), Parameter("fall", 1.0, 0.1, 9.0, 0.1),
               Parameter("level", 0.0, -9.0, 9.0, 0.1))  # fmt: skip
@@ -53,6 +59,16 @@ def test_linear_step_is_predicted_fully():
     after, predicted = broyden_update(jacobian, step, step @ jacobian)
     assert predicted == pytest.approx(1.0)
     assert after == pytest.approx(jacobian)
+
+
+def test_linearised_fit_has_the_slopes_of_its_end():
+    problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 3)
+    found = fit(problem, PARAMETERS, {"size": 0.4, "fall": 0.3, "level": 0.0})
+    there = fit(problem, PARAMETERS, found.values, iterations=0).jacobian
+    assert np.max(np.abs(found.jacobian - there)) > 0.05 * np.max(np.abs(there))
+    known = linearised_at_its_end(problem, found)
+    assert known.jacobian == pytest.approx(there) and not known.jacobian_stale
+    assert (known.values, known.cost, known.converged) == (found.values, found.cost, found.converged)
 
 
 @pytest.mark.parametrize("seed", range(4))

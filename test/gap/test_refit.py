@@ -54,6 +54,14 @@ def known():
     return replace(state, calibrated=wrong, current=wrong), leader
 
 
+def test_finished_model_has_the_slopes_of_its_end(known):
+    """Intervals of its parameters, its replicates and the screen of further effects rest on them."""
+    state, leader = known
+    for model in (state.current, leader):
+        there = fit(model.problem, model.fit.parameters, model.fit.values, iterations=0).jacobian
+        assert model.fit.jacobian == pytest.approx(there, abs=1e-9)
+
+
 def test_incumbent_moves_to_a_better_optimum(known):
     state, leader = known
     assert state.current.score.gap > 2.0 > 1.2 > leader.score.gap
