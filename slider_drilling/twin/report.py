@@ -122,8 +122,7 @@ class TwinReport:
 
     Attributes:
         time: s.
-        state: ``waiting`` for data, ``learning``, ``operation`` (what happens is no slide: nothing is compared) or
-            ``watching``.
+        state: ``learning``, ``operation`` (what happens is no slide: nothing is compared) or ``watching``.
         note: Why, in words.
         samples: (n,) s, the times of the last second.
         expected: Channel -> (n,) values of the calibrated twin then; toolface is unwrapped.
