@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from slider_drilling.diagnosis import build_result
-from slider_drilling.diagnosis.build_result import rank_effects, why_not_in_answer
+from slider_drilling.diagnosis.build_result import rank_effects, rms_by_channel, why_not_in_answer
 from slider_drilling.diagnosis.ranking_table import candidate_status
 
 
@@ -121,3 +122,10 @@ def test_suspected_effect_says_so_in_the_ranking(parameters, monkeypatch):
     monkeypatch.setattr(build_result, "failures", lambda *given: ("leaves more of the gap than it closes",))
     (row,) = rank_effects(answer, ())
     assert row.suspected and candidate_status(row).startswith("suspected, not named")
+
+
+def test_rms_of_a_channel_is_that_of_all_runs():
+    pieces = (SimpleNamespace(name="hook_load", rows=slice(0, 3), noise=2.0),
+              SimpleNamespace(name="hook_load", rows=slice(3, 4), noise=1.0))  # fmt: skip
+    rms = rms_by_channel(SimpleNamespace(pieces=pieces), np.array([1.0, 1.0, 1.0, 6.0]))
+    assert rms == {"hook_load": pytest.approx(np.sqrt((3 * 4.0 + 36.0) / 4))}

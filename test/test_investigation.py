@@ -15,7 +15,7 @@ from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan
 from slider_drilling.investigation import loop
 from slider_drilling.investigation.belief_page import belief_page, investigation_json
 from slider_drilling.investigation.loop import Investigation, InvestigationOptions, investigate
-from slider_drilling.investigation.round import PlannedTest, Round, round_answer
+from slider_drilling.investigation.round import PlannedTest, Round, read_round_answer, round_answer
 from slider_drilling.investigation.sealed_source import folder_recorder, sealed_recorder, sealed_rig
 from slider_drilling.investigation.setup import FILE, InvestigationSetup, check_setup, keep_setup
 from slider_drilling.log import read_log
@@ -277,6 +277,16 @@ def test_damaged_setup_is_refused(tmp_path, text):
     (tmp_path / "log1.mcap").touch()
     with pytest.raises(InputError, match="damaged, or of another version"):
         check_setup(tmp_path, SETUP)
+
+
+def test_damaged_diagnosis_is_refused(tmp_path):
+    path = tmp_path / "diagnosis.json"
+    whole = answer()
+    for text in ("{", json.dumps({key: whole[key] for key in whole if key != "ranking"}),
+                 json.dumps(whole | {"next_manoeuvre": {}})):  # fmt: skip
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"diagnosis\.json: damaged; delete its folder"):
+            read_round_answer(path)
 
 
 def test_command_refuses_the_logs_of_another_rig(tmp_path):

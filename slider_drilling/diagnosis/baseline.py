@@ -34,12 +34,12 @@ from slider_drilling.rig import Rig
 _MAX_STANDING = 2
 # Share of the baseline's gap that a standing effect closes, at least.
 _MIN_SHARE = 0.15
-# Gain of ``-2 log p`` per sample below which nothing is worth a fit.
+# Gain of ``-2 log p`` below which an effect is not worth a fit, and does not stand.
 _MIN_GAIN = 30.0
 _NO_BASELINE = 30.0  # E, beyond which a calibrated model says nothing of the rig
 _UNKNOWN_SHARE = 0.25  # of the standard deviation in the baseline
-# How much of its own a calibrated number may wander within an hour, one standard deviation (Structure of foreign
-# plants: slow changes of friction, bit and pressure; a log that deepens).
+# How far a calibrated number may wander within an hour, one standard deviation: friction, bit and pressure of the
+# plants of foreign structure change slowly, and the hole deepens. Multiples of the rig file's value, else SI.
 _WANDERS = {
     "friction_": 0.02, "pressure_gain": 0.0025, "motor_gain": 0.01, "bit_stiffness": 0.03, "hook_load_offset": 600.0,
     "hook_load_gain": 0.001, "sheave_friction": 500.0, "torsional_damping": 0.1, "axial_damping": 0.1,

@@ -157,7 +157,7 @@ def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> 
             remarks.append(f"{log.source}: {name} is left out: {why}")
     return LoggedRun(
         log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig),
-        "the top drive's angle", "rad",
+        "the top drive's angle", "rad", "rocking",
     )  # fmt: skip
 
 

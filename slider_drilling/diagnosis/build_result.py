@@ -23,7 +23,7 @@ from slider_drilling.diagnosis.result import (
 )
 from slider_drilling.gap.evidence.adequacy import HARDLY_MORE_THAN_NOISE
 from slider_drilling.gap.explain import GapDiagnosis
-from slider_drilling.gap.model import Effect, Model
+from slider_drilling.gap.model import Array, Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.results.intervals import intervals_beside_all_nuisance, user_parameters, user_values
@@ -129,13 +129,15 @@ def _rms_by_stage(answer: GapDiagnosis) -> dict[str, dict[str, float]]:
     residuals = {"nominal": state.nominal_score.residual, "tuned": state.calibrated.score.residual}
     if answer.effects:
         residuals["with_effect"] = state.current.score.residual
-    rms: dict[str, dict[str, float]] = {}
-    for stage, residual in residuals.items():
-        squares: dict[str, list[float]] = {}
-        for piece in state.calibrated.problem.pieces:
-            squares.setdefault(piece.name, []).extend((residual[piece.rows] * piece.noise) ** 2)
-        rms[stage] = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items()}
-    return rms
+    return {stage: rms_by_channel(state.calibrated.problem, residual) for stage, residual in residuals.items()}
+
+
+def rms_by_channel(problem: Problem, residual: Array) -> dict[str, float]:
+    """RMS of a residual (N,), noise units, by channel over all runs, in the channel's unit."""
+    squares: dict[str, list[Array]] = {}
+    for piece in problem.pieces:
+        squares.setdefault(piece.name, []).append((residual[piece.rows] * piece.noise) ** 2)
+    return {name: float(np.sqrt(np.mean(np.concatenate(values)))) for name, values in squares.items()}
 
 
 def _share(closed: float, interval: Interval, answer: GapDiagnosis) -> tuple[float | None, Interval | None]:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from slider_drilling.diagnosis.baseline import Baseline
-from slider_drilling.diagnosis.build_result import parameters_of_fit
+from slider_drilling.diagnosis.build_result import parameters_of_fit, rms_by_channel
 from slider_drilling.diagnosis.change_answer import (
     SAME_AS_BEFORE,
     ChangeAnswer,
@@ -28,7 +26,6 @@ from slider_drilling.diagnosis.result import (
 from slider_drilling.diagnosis.rig_source import find_rig_source
 from slider_drilling.diagnosis.usual_error import usual_gaps
 from slider_drilling.gap.model import Array
-from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.results.intervals import parameter_intervals, user_values
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import LogChecks
@@ -67,7 +64,7 @@ def _gap(search: ChangeSearch, answer: ChangeAnswer, baseline: Baseline) -> Gap:
     if answer.named is not None:
         closed, interval = share_explained(search.problem, search.calibrated.residual, answer.named.fit.residual)
     channels = {piece.name: piece.channel for piece in search.problem.pieces}
-    rms = {stage: _rms(search.problem, residual) for stage, residual in _stages(search, answer).items()}
+    rms = {stage: rms_by_channel(search.problem, residual) for stage, residual in _stages(search, answer).items()}
     final = _stages(search, answer)[list(_stages(search, answer))[-1]]
     return Gap(
         nominal=answer.gaps[0], tuned=answer.gaps[1], with_effect=answer.gaps[2], closed=closed,
@@ -84,10 +81,6 @@ def _gap(search: ChangeSearch, answer: ChangeAnswer, baseline: Baseline) -> Gap:
             name for name, gap in usual_gaps(search.problem, final).items() if gap > SAME_AS_BEFORE
         ),
     )  # fmt: skip
-
-
-def _rms(problem: Problem, residual: Array) -> dict[str, float]:
-    return {piece.name: float(np.sqrt(np.mean((residual[piece.rows] * piece.noise) ** 2))) for piece in problem.pieces}
 
 
 def _ranking(search: ChangeSearch, answer: ChangeAnswer) -> tuple[RankedEffect, ...]:

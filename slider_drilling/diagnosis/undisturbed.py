@@ -47,13 +47,13 @@ def without_operations(model: DrillString) -> DrillString:
 def from_calm_start(log: RigLog, rig: Rig, longest: bool = False) -> RigLog:
     """The log from the end of an operation that it begins in: the state of a lifted string is not known.
 
-    Raises:
-        InputError: An operation takes nearly all of the log.
-
     Args:
         log: A checked log.
         rig: Its rig file.
         longest: Leave out everything before the last operation too, where `LONG_CALM_S` follow it.
+
+    Raises:
+        InputError: An operation takes nearly all of the log.
     """
     commands = commands_from_log(log, rig).commands
     calm, time = calm_times(commands), commands.time

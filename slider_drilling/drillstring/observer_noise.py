@@ -12,7 +12,7 @@ from slider_drilling.drillstring.assemble import common_mesh
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import torsional_impedance
 
-_SHAKEN = 0.02  # rad/s RMS by which noise may shake the drive; at 0.03 friction is told 5 to 7 % too large
+_SHAKEN = 0.02  # rad/s RMS by which noise may shake the drive; at 0.03 fitted friction is 5 to 7 % too large
 
 
 def needed_smoothing(rig: Rig, noise: float, interval: float, gain: float) -> float:

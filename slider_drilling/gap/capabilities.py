@@ -61,7 +61,7 @@ class HasCoupledEffects(Protocol):
 class HasUserParameters(Protocol):
     """A model that fits some parameters under other names than a user knows.
 
-    A user knows a stretch of hole by its ends and what is in it. A search works better with the total amount, the
+    A user knows a stretch by its ends and what is in it. A search works better with the total amount, the
     middle and the length.
     """
 

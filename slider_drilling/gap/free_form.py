@@ -16,7 +16,7 @@ class FreeForm:
 
     Attributes:
         site: Where it acts.
-        description: What it would be, such as "friction over depth".
+        description: What it would be, such as "friction over time".
         free_form_of: Names of the effects of which it is the free form.
         x: (m,) position of each coefficient, in ``x_unit``.
         x_unit: Unit of ``x``.

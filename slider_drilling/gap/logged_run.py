@@ -22,8 +22,8 @@ class Channel:
         accumulates: Whether an error that a simulation makes once stays in every later sample, as in an angle that is
             integrated (`slider_drilling.gap.problem.step_loss`).
         model_error: Share of what the channel moves by which the model as such may be wrong, whatever its parameters.
-        wander: RMS, in ``unit``, by which it may wander slowly, as the numbers of any rig do. What is left within it is
-            no gap.
+        wander: RMS, in ``unit``, by which it may wander slowly, as any real system does. What is left within it is no
+            gap.
         tolerance: RMS error, in ``unit``, that nobody would act upon. It counts as no gap where nothing else shows one.
     """
 
@@ -59,6 +59,7 @@ class LoggedRun:
         bands: Named frequency bands (name, from Hz, to Hz) to split the gap by, besides those of the excitation.
         command: What the excitation is, in words.
         command_unit: Its unit.
+        cycle: What its cycles are called, in words.
     """
 
     name: str
@@ -68,6 +69,7 @@ class LoggedRun:
     bands: tuple[tuple[str, float, float], ...] = ()
     command: str = "the excitation"
     command_unit: str = "-"
+    cycle: str = "cycle"
 
     @property
     def duration(self) -> float:

@@ -48,5 +48,5 @@ class Model(Protocol):
             options: How to simulate.
 
         Returns:
-            By channel, (K, n) values at the channel's times.
+            By channel, (K, n) values at the channel's times; NaN where a set cannot be simulated.
         """

@@ -6,7 +6,6 @@ investigation.html
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,10 +15,10 @@ from slider_drilling.diagnosis.earlier_answer import read_earlier_answer
 from slider_drilling.diagnosis.programme_numbers import ROUTINE, programme_of, programme_variables
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_folder, read_text, write_atomically
+from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.gap.experiment_design.plan import LIMIT_SHARE
 from slider_drilling.gap.progress import Progress
-from slider_drilling.investigation.round import Round, RoundAnswer, planned_test, round_answer
+from slider_drilling.investigation.round import Round, RoundAnswer, planned_test, read_round_answer
 from slider_drilling.log import read_log
 from slider_drilling.pages import write_page
 from slider_drilling.programmes import dump_programme
@@ -142,8 +141,7 @@ def _answer(
             progress(f"round {number}: {stage}", share)
 
         write_diagnosis(diagnose(logs, rig, seed=options.seed, after=before, progress=report), own, units)
-    path = own / "diagnosis.json"
-    return round_answer(json.loads(read_text(path, "diagnosis")), str(path))
+    return read_round_answer(own / "diagnosis.json")
 
 
 def _plan(

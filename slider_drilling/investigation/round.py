@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from slider_drilling.diagnosis.earlier_answer import earlier_answer
 from slider_drilling.diagnosis.programme_words import programme_in_words
+from slider_drilling.errors import InputError
+from slider_drilling.files.output_files import read_text
 from slider_drilling.gap.experiment_design.knowledge import Explanation
 from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.test_planning.effect_sizes import EffectRow, effect_rows
@@ -66,12 +70,29 @@ class Round:
     open_after: float | None = None
 
 
+def read_round_answer(path: Path) -> RoundAnswer:
+    """The answer in a diagnosis.json of an investigation. Raises InputError where that is damaged."""
+    try:
+        tree = json.loads(read_text(path, "diagnosis"))
+    except ValueError:
+        raise InputError(_damaged(str(path))) from None
+    return round_answer(tree, str(path))
+
+
 def round_answer(tree: Mapping[str, Any], source: str) -> RoundAnswer:
     """The answer in a tree of diagnosis.json; ``source`` names it in errors. Raises InputError."""
-    answer, asked = earlier_answer(tree, source), tree["next_manoeuvre"]
-    why_not = {row["effect"]: tuple(row["why_not"]) for row in tree["ranking"]}
-    still_open = None if asked is None else str(asked["reason"])
-    return RoundAnswer(answer.verdict, str(tree["summary"]), answer.effects, still_open, answer.explanations, why_not)
+    answer = earlier_answer(tree, source)
+    try:
+        asked, summary = tree["next_manoeuvre"], str(tree["summary"])
+        why_not = {row["effect"]: tuple(row["why_not"]) for row in tree["ranking"]}
+        still_open = None if asked is None else str(asked["reason"])
+    except (KeyError, TypeError):
+        raise InputError(_damaged(source)) from None
+    return RoundAnswer(answer.verdict, summary, answer.effects, still_open, answer.explanations, why_not)
+
+
+def _damaged(source: str) -> str:
+    return f"{source}: damaged; delete its folder and run the same command again"
 
 
 def planned_test(plan: DrillingPlan) -> PlannedTest:

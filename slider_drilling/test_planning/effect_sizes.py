@@ -13,7 +13,7 @@ from slider_drilling.plain_names import plain_name
 from slider_drilling.test_planning.drilling_plan import DrillingPlan
 from slider_drilling.units import Quantity, Text, displayed, sentence
 
-# A detectable size above so many times the size that matters is said to be out of reach.
+# An effect is listed with what a plan cannot tell if it shows only above so many times the size that matters.
 OUT_OF_REACH = 2.0
 
 

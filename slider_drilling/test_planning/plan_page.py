@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 
 from slider_drilling.diagnosis.programme_words import programme_in_words
+from slider_drilling.gap.experiment_design.detectable_size import POWER
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, RED
 from slider_drilling.pages.page import Cell
@@ -57,8 +58,8 @@ def _facts(plan: DrillingPlan, duration: float) -> tuple[tuple[str, str], ...]:
 
 def _headline(plan: DrillingPlan) -> Headline:
     rows = effect_rows(plan)
-    better = [row for row in rows if row.power_with >= 0.9]
-    before = [row for row in rows if row.power_without >= 0.9]
+    better = [row for row in rows if row.power_with >= POWER]
+    before = [row for row in rows if row.power_without >= POWER]
     than = "the logs so far show" if plan.plan.without is not None else "routine rocking of this length shows"
     text = (
         f"This test shows {len(better)} of {len(rows)} possible effects of a usual size in {power_in_words()}; {than} "

@@ -7,10 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from slider_drilling.twin.samples import Array
 
 
 @dataclass(frozen=True)
@@ -122,8 +119,7 @@ class TwinReport:
 
     Attributes:
         time: s.
-        state: ``waiting`` for data, ``learning``, ``operation`` (what happens is no slide: nothing is compared) or
-            ``watching``.
+        state: ``learning``, ``operation`` (what happens is no slide: nothing is compared) or ``watching``.
         note: Why, in words.
         samples: (n,) s, the times of the last second.
         expected: Channel -> (n,) values of the calibrated twin then; toolface is unwrapped.

@@ -32,7 +32,11 @@ class TrackedParameter:
 
 
 def tracked_parameters(rig: Rig) -> tuple[TrackedParameter, ...]:
-    """What is tracked on this rig; spreads and limits as in `slider_drilling.diagnosis.nuisance`."""
+    """What is tracked on this rig.
+
+    Friction, bit and hook load have the spreads and limits of `slider_drilling.diagnosis.nuisance`; damping has a
+    narrower spread; the gains of motor and pressure and the torque's offset have wider limits.
+    """
     frictions = [TrackedParameter(f"friction_{k + 1}", 1.0, 0.05, 0.2, 0.4, 2.5) for k in range(_intervals(rig))]
     return (
         *frictions,

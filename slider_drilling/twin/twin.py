@@ -154,11 +154,14 @@ class Twin:
             values: SI, as many; NaN is a missing value.
 
         Raises:
-            InputError: The channel is unknown.
+            InputError: The channel is unknown, or there are not as many values as times.
         """
         if channel not in self._buffers:
             raise InputError(f"twin: {channel}: no such channel; use {', '.join(CHANNELS)}")
         time, value = np.atleast_1d(np.asarray(times, float)), np.atleast_1d(np.asarray(values, float))
+        if time.ndim != 1 or time.shape != value.shape:
+            shapes = f"times of shape {time.shape} and values of shape {value.shape}"
+            raise InputError(f"twin: {channel}: {shapes}; give as many values as times")
         self._buffers[channel].add(time, self._left_out.without(channel, value))
 
     def add_measurements(self, measurements: Measurements) -> None:

@@ -1,7 +1,7 @@
 """Where along a model something is missing, by its probes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from toy import TIME, Toy, toy
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.evidence.score import make_folds, score_held_out
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.results.breakdown import break_down_along
+from slider_drilling.gap.results.breakdown import band_edges, break_down_along
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.selection.state import FittedModel
 
@@ -50,3 +50,10 @@ def test_stretch_with_more_is_located_with_its_size():
 
 def test_probe_change_stays_within_its_bounds():
     assert located(-3.0)[1]["change"] == pytest.approx(-0.9, abs=1e-6)
+
+
+def test_bands_of_cycles_are_called_as_the_run_calls_them():
+    (run,) = toy({}, 4).runs
+    names = [[name for name, *_ in band_edges(each)] for each in (run, replace(run, cycle="rocking"))]
+    assert names[0][:2] == ["below the cycle frequency", "cycle and its harmonics"]
+    assert names[1][:2] == ["below the rocking frequency", "rocking and its harmonics"]

@@ -40,6 +40,19 @@ def bent(size: float, fall: float, level: float) -> np.ndarray:
     return 40.0 * size * np.exp(-fall * TIME / 30.0) + level
 
 
+@dataclass(frozen=True)
+class Failing(Bent):
+    """It cannot be simulated from a size on."""
+
+    limit: float = np.inf
+
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
+        known = np.array([values.get("size", 1.0) < self.limit for values in sets])
+        return {"force": np.where(known[:, None], super().simulate(run, sets, options)["force"], np.nan)}
+
+
 def problem_of(truth: Mapping[str, float], seed: int):
     model = toy({}, seed, extra=bent(**truth))
     return build_problem(Bent(model.runs), [{"force": 1.0}])
@@ -118,3 +131,18 @@ def test_step_is_the_least_within_its_bounds(width):
         factor = np.linalg.cholesky(normal + ridge)
         least = lsq_linear(factor.T, np.linalg.solve(factor, gradient), (low, high), method="bvls").x
         assert bounded_step(normal, gradient, 0.1, low, high) == pytest.approx(least, abs=1e-6)
+
+
+def failing_problem(limit: float):
+    return build_problem(Failing(toy({}, 1, extra=bent(1.0, 1.0, 0.0)).runs, limit=limit), [{"force": 1.0}])
+
+
+def test_fit_from_where_nothing_can_be_simulated_ends_there():
+    found = fit(failing_problem(2.0), PARAMETERS, {"size": 3.0})
+    assert found.cost == np.inf and not found.converged and found.values["size"] == 3.0
+
+
+def test_parameter_whose_step_cannot_be_simulated_stays():
+    found = fit(failing_problem(1.01), PARAMETERS, {"size": 1.0, "level": 3.0}, iterations=1)
+    assert found.values["size"] == pytest.approx(1.0, abs=1e-6)
+    assert abs(found.values["level"]) < 1.0

@@ -90,3 +90,19 @@ def test_screen_predicts_gain_of_a_linear_effect():
     found = fit(problem, parameters_of(problem, [first.effect]), first.starts[0])
     assert first.effect.name == "saw"
     assert base.cost - found.cost == pytest.approx(first.predicted_gain, rel=0.05)
+
+
+def test_point_that_cannot_be_simulated_shows_nothing(monkeypatch):
+    problem, base = calibrated({"play.width": 1.0, "stiffness": 1.1})
+    simulate, widest = Spring.simulate, max(point[0] for point in PLAY.scan)
+
+    def failing(self, run, sets, options):
+        rows = simulate(self, run, sets, options)["torque"]
+        known = np.array([values.get("play.width", 0.0) < widest for values in sets])
+        return {"torque": np.where(known[:, None], rows, np.nan)}
+
+    monkeypatch.setattr(Spring, "simulate", failing)
+    scan = scan_effects(problem, base, [PLAY])
+    assert [point for row, (_, point) in zip(scan.changes, scan.points, strict=True) if not row.any()] == [(widest,)]
+    (candidate,) = screen(scan)
+    assert candidate.predicted_gain > 0.0 and abs(candidate.starts[0]["play.width"] - 1.0) < 0.5

@@ -38,6 +38,13 @@ def test_unknown_channel_is_refused(repository):
         twin.add("torque", 0.0, 1.0)
 
 
+@pytest.mark.parametrize(("times", "values"), [([0.0, 1.0], [1.0]), (0.0, [1.0, 2.0]), ([[0.0]], [[1.0]])])
+def test_other_numbers_of_times_and_values_are_refused(repository, times, values):
+    twin = Twin(load_rig(repository / "config" / "rig.short.yaml"))
+    with pytest.raises(InputError, match=r"twin: hook_load: times of shape .*; give as many values as times"):
+        twin.add("hook_load", times, values)
+
+
 def test_rig_without_block_follows_the_pressure(shared_data):
     log = read_log(shared_data / "logs" / "nominal_short.mcap")
     twin, whole = Twin(log.rig()), Twin(log.rig())

@@ -160,9 +160,9 @@ def _fit_with_nuisance(
         exact, fine = refit_in_fine_simulation(*refit_with_correction(problem, found))
         return fine, score_held_out(exact, fine, folds)
     own = [index for index, parameter in enumerate(found.parameters) if not parameter.per_run]
-    own_rows, of_rig = found.jacobian[own], [found.parameters[index] for index in own]
+    own_rows, shared = found.jacobian[own], [found.parameters[index] for index in own]
     white, through = problem.whitened(found.residual, own_rows, found.discrepancy)
-    linearised = LinearisedFit(own_rows, white, through, of_rig, found.values)
+    linearised = LinearisedFit(own_rows, white, through, shared, found.values)
     # The gain that one more step of the whole log would predict is not counted: it has not been simulated.
     residual = linearised.held_out_residual(found.residual + linearised.step() @ own_rows, folds)
     return found, score_residual(problem, residual, found)

@@ -90,7 +90,7 @@ def score_held_out(problem: Problem, whole: Fit, folds: Folds) -> HeldOutScore:
         whole: Fit to the whole log.
         folds: The folds.
     """
-    freed, rows = _rig_parameters(whole), whole.jacobian_rows
+    freed, rows = _shared_parameters(whole), whole.jacobian_rows
 
     def refit_without(fold: int) -> Fit:
         weights = (folds.fold != fold).astype(float)
@@ -111,7 +111,7 @@ def score_left_out_runs(problem: Problem, whole: Fit) -> HeldOutScore:
 
     Parameters that belong to a run keep their value.
     """
-    freed, rows, runs = _rig_parameters(whole), whole.jacobian_rows, range(len(problem.model.runs))
+    freed, rows, runs = _shared_parameters(whole), whole.jacobian_rows, range(len(problem.model.runs))
 
     def residual_of(run: int) -> Array:
         others = problem.restricted_to([other for other in runs if other != run])
@@ -145,6 +145,6 @@ def squared_residuals(problem: Problem, residual: Array) -> Array:
     return squares
 
 
-def _rig_parameters(whole: Fit) -> list[Parameter]:
+def _shared_parameters(whole: Fit) -> list[Parameter]:
     """What is refitted: parameters that do not belong to a run."""
     return [parameter for parameter in whole.parameters if not parameter.per_run]

@@ -17,9 +17,7 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy, whiten
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_size
 from slider_drilling.gap.problem.problem import Piece, Problem
-
-# Finite-difference step of the free parameters, in scales, as in a fit.
-_STEP = 0.2
+from slider_drilling.gap.search.least_squares import DIFFERENCE_STEP
 
 
 @dataclass(frozen=True)
@@ -133,7 +131,8 @@ def run_information(
         changes: Changes of interest.
         run: Suffix of the free parameters that belong to this run.
     """
-    steps = [_STEP if _value(values, each) + _STEP * each.scale < each.upper else -_STEP for each in parameters]
+    forward = [_value(values, each) + DIFFERENCE_STEP * each.scale < each.upper for each in parameters]
+    steps = [DIFFERENCE_STEP if has_room else -DIFFERENCE_STEP for has_room in forward]
     sets = [values]
     sets += [
         {**values, each.name: _value(values, each) + step * each.scale}

@@ -187,6 +187,5 @@ def _information_of(problem: Problem, found: Fit, effects: Sequence[Effect]) -> 
     ]
     points = [point for _, point in named]
     rows = scan_changes(problem, found.values, found.simulated, points, problem.options.fidelity)
-    rows[~np.isfinite(rows).all(axis=1)] = 0.0
     changes = {name: row for (name, _), row in zip(named, rows, strict=True)}
     return fitted_information(problem, found.simulated, found.jacobian, found.parameters, changes)

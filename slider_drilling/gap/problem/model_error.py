@@ -1,7 +1,7 @@
 """The budget for the model's own error: what no parameter and no effect of the catalogue can be blamed for.
 
-No simulator is exact. Mesh, laws of friction, side force, sensors and drive of a real rig differ from any model by some
-per cent everywhere. `Channel.model_error` says by how much, as a share of what the channel moves. Kennedy and O'Hagan
+No simulator is exact. Mesh, laws, sensors and drives of a real system differ from any model by some per cent
+everywhere. `Channel.model_error` says by how much, as a share of what the channel moves. Kennedy and O'Hagan
 (Journal of the Royal Statistical Society B 63, 2001) call it model inadequacy.
 """
 
@@ -17,7 +17,7 @@ from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.least_squares import Fit
 
-# Independent numbers that the model's error has in one channel, however long the log is: it repeats with the rocking.
+# Independent numbers that the model's error has in one channel, however long the log: it repeats with the excitation.
 INDEPENDENT_ERRORS = 10
 
 
@@ -35,7 +35,7 @@ def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
 
 
 def wander_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
-    """By channel, E^2 that the model's own error and slow changes of any rig (`Channel.wander`) may hold.
+    """By channel, E^2 that the model's own error and slow changes of any system (`Channel.wander`) may hold.
 
     Args:
         problem: The problem.

@@ -1,8 +1,9 @@
 """Loss of a channel that accumulates: a missed step counts once, not again in every later sample.
 
-A bit that breaks free turns by an angle that depends on everything before. A simulation that misses one such event is
-off by that angle ever after, although it may be right about all else. The residual r of such a channel is therefore
-split into a path of steps p, which costs the logarithm of their size, and the rest, which costs its square:
+A body that sticks and breaks free moves by an amount that depends on everything before. A simulation that misses one
+such event is off by that amount ever after, although it may be right about all else. The residual r of such a channel
+is therefore split into a path of steps p, which costs the logarithm of their size, and the rest, which costs its
+square:
 
     min over p of  sum_k (r_k - p_k)^2 + 2 f^2 sum_k ln(1 + |p_k - p_(k-1)| / f),   p_(-1) = 0
 

@@ -120,8 +120,8 @@ def band_edges(run: LoggedRun) -> list[tuple[str, float, float]]:
     upper = 0.0
     if period is not None:
         edges += [
-            ("below the rocking frequency", 0.0, 0.5 / period),
-            ("rocking and its harmonics", 0.5 / period, 3.5 / period),
+            (f"below the {run.cycle} frequency", 0.0, 0.5 / period),
+            (f"{run.cycle} and its harmonics", 0.5 / period, 3.5 / period),
         ]
         upper = 3.5 / period
     for name, low, high in run.bands:

@@ -1,8 +1,8 @@
 """Parameters of a model that is used without feedback: those whose free run is best.
 
 What a search finds with the measured channel fed back holds for predictions from what was measured so far. A free run
-of a string that sticks and slips loses its phase with such parameters: its error over the whole run has many local
-minima, the widest of which is a string that does not oscillate. Fits therefore begin with the first part of the run,
+of a system that sticks and slips loses its phase with such parameters: its error over the whole run has many local
+minima, the widest of which is a system that does not oscillate. Fits therefore begin with the first part of the run,
 and follow the optimum while the part grows (progressive horizon, as in Voss, Timmer and Kurths, International Journal
 of Bifurcation and Chaos 14, 2004).
 """

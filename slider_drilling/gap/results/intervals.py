@@ -12,8 +12,8 @@ from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, prior
 TWO_SIDED_95, ONE_SIDED_95 = 1.96, 1.645
 """Standard deviations to either end of an interval that holds 95 %, or that leaves out 5 % at one end."""
 SPREAD_OF_ANSWERS = 2.0
-"""How much farther from the truth answers lie than a fit's own interval says: a search ends in a flat valley, and a rig
-differs from any model in ways that no fit shows. Of sealed plants of foreign structure, see the engine's constants."""
+"""How much farther from the truth answers lie than a fit's own interval says: a search ends in a flat valley, and a
+real system differs from any model in ways that no fit shows. Measured, see docs/design/engine_constants.md."""
 # Finite-difference step of the conversion to user parameters, in a parameter's scale.
 _STEP = 1e-3
 

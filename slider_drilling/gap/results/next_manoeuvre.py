@@ -116,7 +116,7 @@ def what_is_open(state: SearchState, verdict: str, has_alternative: bool) -> str
     if far:
         parameter, value, deviations = far[0]
         name = plain_name(parameter.name)
-        return f"{name} is calibrated to {value:.3g}, {deviations:.1f} standard deviations from the file"
+        return f"{name} is calibrated to {value:.3g}, {deviations:.1f} standard deviations from the model as given"
     last = {each.effect.name: each for step in state.steps for each in step.candidates}
     suspected = [plain_name(name) for name, each in last.items() if each.too_small and name not in named]
     if suspected:

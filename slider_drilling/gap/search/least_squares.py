@@ -113,6 +113,8 @@ def fit(
     space = _Space(problem, parameters, start, sample_weights)
     least_gain = TOLERANCE if tolerance is None else tolerance
     at = space.start(start, known)
+    if not np.isfinite(at.cost):
+        iterations = 0  # no step leads on from where nothing can be simulated
     step_length, stale, fresh, converged = 1.0, False, known.trust_rows or not known.jacobian_rows, False
     for _ in range(MAX_ITERATIONS if iterations is None else iterations):
         if stale:
@@ -245,7 +247,10 @@ class _Space:
     def linearise(
         self, point: Array, simulated: Array | None, known_rows: Mapping[str, Array]
     ) -> tuple[Array, Array]:
-        """The simulation (N,) and its Jacobian (p, N); what is not known yet is simulated in one batch."""
+        """The simulation (N,) and its Jacobian (p, N); what is not known yet is simulated in one batch.
+
+        A parameter whose step cannot be simulated has derivatives of 0: it stays where it is.
+        """
         step = np.where(point + DIFFERENCE_STEP < self.upper, DIFFERENCE_STEP, -DIFFERENCE_STEP)
         new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known_rows]
         sets = [] if simulated is not None else [self.values(point)]
@@ -255,6 +260,7 @@ class _Space:
         rows = np.array([known_rows.get(parameter.name, here) for parameter in self.parameters])
         rows = rows.reshape(point.size, self.problem.size)
         rows[new] = (outcomes[len(sets) - len(new) :] - here) / step[new, None]
+        rows[~np.isfinite(rows).all(axis=1)] = 0.0
         return here, rows
 
     def trials(
@@ -303,7 +309,7 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     right = np.linalg.solve(factor, gradient)
     # lsq_linear asks for bounds that differ.
     margin = 1e-9
-    # It begins so, too, but its checks take longer than the step.
+    # lsq_linear tries the unbounded step first, too; its checks of the arguments take longer than the step itself.
     free = np.asarray(np.linalg.lstsq(factor.T, right, rcond=-1)[0])
     if np.all((free >= low - margin) & (free <= high + margin)):
         return free

@@ -1,8 +1,8 @@
 """The race between fits: every effect starts from several points, and fits that fall behind stop early.
 
 An arm is a set of effects, a start, and a simulation mode (free run, or run with an observer). All arms are scored by
-the same likelihood, so that modes compete too: with an observer a simulation predicts from the torque measured so far,
-a free run from the commands alone, and the log decides which predicts better.
+the same likelihood, so that modes compete too: with an observer a simulation predicts from what is measured so far, a
+free run from the commands alone, and the log decides which predicts better.
 """
 
 from __future__ import annotations
@@ -94,9 +94,9 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm], incumbent_cost: float
 def restart_leader(problems: Sequence[Problem], finishers: Sequence[Arm], added: int = 1) -> list[Arm]:
     """The finishers of a race, and new arms in which the leader's newest effects start again.
 
-    The first scan was made beside a nuisance that makes up for the effect, or beside the rig as given. It points where
-    the effect would do for everything that is missing. A scan beside the leader's other parameters points to the effect
-    alone.
+    The first scan was made beside a nuisance that makes up for the effect, or beside the model as given. It points
+    where the effect would do for everything that is missing. A scan beside the leader's other parameters points to
+    the effect alone.
 
     Args:
         problems: The problem of each simulation mode.

@@ -124,6 +124,8 @@ def scan_changes(
 ) -> Array:
     """(P, N) change of the simulation by each scan point, in the cheapest simulation that shows its effect.
 
+    A point that cannot be simulated shows nothing: its change is 0.
+
     Args:
         problem: The problem.
         values: Parameter values that the points are added to.
@@ -141,6 +143,7 @@ def scan_changes(
         else:
             without, *with_it = problem.simulate([values, *sets], replace(problem.options, fidelity=fidelity))
             changes[own] = np.array(with_it) - without
+    changes[~np.isfinite(changes).all(axis=1)] = 0.0
     return changes
 
 

@@ -40,7 +40,7 @@ from slider_drilling.gap.selection.refit import check_adequacy
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 
 # Smallest share of the gap that an effect must close to be named. Below it, other codes for the same equations differ
-# by as much, and nobody would change a rig model for it.
+# by as much, and nobody would change a model for it.
 MIN_GAP_CLOSED = 0.05
 # Smallest E^2 - 1 of a channel that is a gap to explain: E of 1.1. White noise of a few hundred samples leaves less.
 MIN_GAP = 0.2
@@ -282,7 +282,7 @@ def predicts_better_than_free_forms(evidence: Evidence) -> bool:
 
 
 def log_supports_it_without_prior(evidence: Evidence) -> bool:
-    """Whether the log alone, whatever rigs commonly are, prefers the effect to the implausible calibration."""
+    """Whether the log alone, whatever the priors say, prefers the effect to the implausible calibration."""
     without, fitted = (each.problem.cost(each.fit.residual)[0] for each in (evidence.without, evidence.fitted))
     added = len(evidence.fitted.fit.parameters) - len(evidence.without.fit.parameters)
     predicts = evidence.fitted.score.held_out_deviance <= evidence.without.score.held_out_deviance

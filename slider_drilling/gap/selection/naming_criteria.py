@@ -138,7 +138,8 @@ CRITERIA: tuple[Criterion, ...] = (
         name="predicts held-out data",
         stages=(Stage.CANDIDATE,),
         test="held-out log density with and without the effect, paired over blocks of time (block bootstrap)",
-        threshold=f"lower bound of the gain above zero at {_SHARED_LEVEL} (Bonferroni)",
+        threshold=f"lower bound of the gain above zero at {_SHARED_LEVEL} (Bonferroni); at {_LEVEL} where the held-out "
+        f"likelihood ratio exceeds 2 log(candidates / {NAMING_LEVEL:g})",
         message="does not predict held-out data significantly better, at the level shared among all candidates",
         reason="A larger model always fits better. Only data that the fit has not seen show whether it found something "
         "that repeats, and the best of many candidates wins by chance more often than one alone.",
@@ -257,7 +258,9 @@ CRITERIA: tuple[Criterion, ...] = (
         reason="Where the model is adequate already, a large share of what remains can be next to nothing.",
         passes=tests.closes_enough_of_calibrated_gap,
         kind=Kind.SIZE,
-        exemption=Exemption("an effect was visible in the residuals and none is any more", tests.nothing_left_to_find),
+        exemption=Exemption(
+            "with it the gap is negligible and no effect is visible in the residuals", tests.nothing_left_to_find
+        ),
     ),
     Criterion(
         name="gap reduction significant in other runs",
@@ -342,7 +345,7 @@ CRITERIA: tuple[Criterion, ...] = (
         test="90 % interval of the effect's size, where calibration alone leaves no gap",
         threshold="leaves out what nobody acts on (registry)",
         message="calibration is enough, and its size may be one that nobody would act on",
-        reason="What any rig wanders by can look like a small effect. Without a gap a name must surely matter.",
+        reason="What any system wanders by can look like a small effect. Without a gap a name must surely matter.",
         passes=tests.certainly_material,
         kind=Kind.SIZE,
     ),

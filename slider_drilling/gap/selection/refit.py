@@ -171,7 +171,8 @@ def refit_from_incumbent(state: SearchState, candidate: FittedModel) -> FittedMo
 def refit_from_scattered_nuisance(mode: Problem, model: FittedModel, folds: Folds) -> FittedModel | None:
     """The model refitted from other values of its nuisance, None where none leads to a likelier optimum.
 
-    Rocking hides how the string was wound at the start: a fit that began near one winding stays there.
+    A log may hide the state at its start, as rocking hides how a shaft was wound: a fit that began near one state stays
+    there.
     """
     own = {parameter.name for effect in model.effects for parameter in effect.parameters}
     problem, freed = mode.at_fidelity_of(model.effects), model.fit.parameters

@@ -63,7 +63,7 @@ def find_start_points(state: SearchState, effects: Sequence[Effect]) -> list[Sta
 
     The mode that predicts better without an effect need not do so with it: an observer makes up for much of what is
     missing, and where it lets the nuisance go astray the free run finds the effect. A nuisance that was calibrated
-    without the effect has moved to make up for it, while a real rig is more likely near its file.
+    without the effect has moved to make up for it, while the real system is more likely near the model as given.
 
     Args:
         state: State of the search.
@@ -155,7 +155,7 @@ def grid_arms(state: SearchState, conditional: Sequence[Effect]) -> list[Arm]:
     The grid has every other point of each scan: with all of them it would be five times as large.
 
     One number alone may leave as much as before while another is wrong too, and a start alone does not show how near
-    an optimum is. All else starts as given: from a calibration that has made up for the contact no fit finds back.
+    an optimum is. All else starts as given: from a calibration that has made up for it no fit finds back.
 
     Args:
         state: State of the search.
