@@ -93,8 +93,16 @@ def test_last_line_that_breaks_off_is_left_out(tmp_path: Path) -> None:
 def test_equal_heads_with_equal_values_are_one(tmp_path: Path) -> None:
     text = "Time (s),HKLD,HKLD\n,klbf,klbf\n0,200,200\n1,201,{}\n"
     np.testing.assert_allclose(hook(read_table(written(tmp_path, text.format(201)))), [200, 201])
-    with pytest.raises(InputError, match=r"write 'HKLD \(2\)' for the second"):
-        read_table(written(tmp_path, text.format(7)))
+    unequal = written(tmp_path, text.format(7))
+    with pytest.raises(InputError, match=r"2 such columns .*, write 'HKLD \(1\)' for the first, 'HKLD \(2\)' for the se"):
+        read_table(unequal)
+    for name, values in (("HKLD (1)", [200, 201]), ("HKLD (2)", [200, 7])):
+        mapping = f"""schema: slider_drilling/csv/1
+time: {{column: Time (s), unit: s}}
+channels:
+  hook_load: {{column: {name}, unit: klbf}}
+"""
+        np.testing.assert_allclose(hook(read_table(unequal, written(tmp_path, mapping, name="m.yaml"))), values)
 
 
 @pytest.mark.parametrize(

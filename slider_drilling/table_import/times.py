@@ -117,6 +117,11 @@ def _parse(
     if dates is not None:
         split = [(str(date).strip().split(" ")[0], time) for date, (_, time) in zip(dates, split, strict=True)]
     written = {date for date, time in split if date and date.lower() not in NULL_WORDS}
+    if dates is None and len(written) < sum(bool(date) for date, _ in split) and not any(time for _, time in split):
+        raise InputError(
+            f"{table.source}: column {column!r}: holds dates without times of day, and repeats them; name the column "
+            "of times in a mapping file (--mapping), and this one as its date_column"
+        )
     where = f"{table.source}: column {(date_column or column)!r}"
     days = _days(written, order, notes, where)
     stamps = np.full(len(split), NO_TIME, dtype=np.int64)
