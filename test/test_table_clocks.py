@@ -54,8 +54,7 @@ def test_dates_alone_are_no_times(tmp_path: Path) -> None:
 def test_times_that_are_coarser_than_the_rows_are_said_to_be(tmp_path: Path) -> None:
     text = "Time,HKLD (klbf)\n" + "".join(f"2024-03-12 23:{k // 60:02},{k}\n" for k in range(240))
     notes = read_table(written(tmp_path, text + ",7\n")).notes
-    assert "236 of 241 rows repeat a time: the last of each is kept; the times are coarser than the rows: export " in str(
-        notes)  # fmt: skip
+    assert any("236 of 241 rows repeat a time: the last of each is kept; the times are coarser" in one for one in notes)
     assert "1 of 241 rows have no time: left out" in notes
 
 

@@ -94,7 +94,7 @@ def test_equal_heads_with_equal_values_are_one(tmp_path: Path) -> None:
     text = "Time (s),HKLD,HKLD\n,klbf,klbf\n0,200,200\n1,201,{}\n"
     np.testing.assert_allclose(hook(read_table(written(tmp_path, text.format(201)))), [200, 201])
     unequal = written(tmp_path, text.format(7))
-    with pytest.raises(InputError, match=r"2 such columns .*, write 'HKLD \(1\)' for the first, 'HKLD \(2\)' for the se"):
+    with pytest.raises(InputError, match=r"2 such columns .*, write 'HKLD \(1\)' for the first, 'HKLD \(2\)' for "):
         read_table(unequal)
     for name, values in (("HKLD (1)", [200, 201]), ("HKLD (2)", [200, 7])):
         mapping = f"""schema: slider_drilling/csv/1
@@ -103,6 +103,15 @@ channels:
   hook_load: {{column: {name}, unit: klbf}}
 """
         np.testing.assert_allclose(hook(read_table(unequal, written(tmp_path, mapping, name="m.yaml"))), values)
+
+
+def test_a_unit_that_is_not_known_does_not_drop_its_column_in_silence(tmp_path: Path) -> None:
+    table = written(tmp_path, "Time (s),HKLD (klbf),RPM (umdr./min),Weight (x)\n0,200,30,1\n1,201,60,2\n")
+    (note,) = [note for note in read_table(table).notes if "not used" in note]
+    assert note.startswith("'RPM (umdr./min)' is not used: 'umdr./min' is not a known unit of angular speed; if it is ")
+    log = import_table(table, units={"RPM (umdr./min)": "rpm"}).log
+    assert log.top_drive is not None
+    np.testing.assert_allclose(log.top_drive.velocity, [np.pi, 2.0 * np.pi])
 
 
 @pytest.mark.parametrize(

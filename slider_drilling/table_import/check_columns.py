@@ -42,7 +42,9 @@ def check_columns(mapping: TableMapping, source: TableSource) -> TableMapping:
             )
     channels = {
         key: replace(
-            channel, column=_first_of(channel.column, names), plus=tuple(_first_of(name, names) for name in channel.plus)
+            channel,
+            column=_first_of(channel.column, names),
+            plus=tuple(_first_of(name, names) for name in channel.plus),
         )
         for key, channel in mapping.channels.items()
     }
