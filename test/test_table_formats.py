@@ -105,6 +105,26 @@ channels:
         np.testing.assert_allclose(hook(read_table(unequal, written(tmp_path, mapping, name="m.yaml"))), values)
 
 
+def test_a_unit_of_one_letter_ends_the_head_of_a_channel(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "time_s,hook_load_N,block_position_m,bit_depth_f\n0,200,10,1\n1,201,9,2\n"))
+    assert log.draw_works is not None and log.bit_depth is not None
+    np.testing.assert_allclose(log.draw_works.position, [0.0, 1.0])
+    np.testing.assert_allclose(log.draw_works.effort, [200.0, 201.0])
+    np.testing.assert_allclose(log.bit_depth.position, [0.3048, 0.6096])
+
+
+def test_times_of_day_of_a_workbook_pass_midnight(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["Time", "HKLD (klbf)"], [datetime.time(23, 59, 59), 200], [datetime.time(0, 0, 1), 201]):
+        book.active.append(row)
+    book.save(tmp_path / "t.xlsx")
+    log = read_table(tmp_path / "t.xlsx")
+    assert log.draw_works is not None
+    np.testing.assert_allclose(log.draw_works.time, [0.0, 2.0])
+    assert "the times have no date: counted from 1970-01-01; give the first row's with start" in log.notes
+
+
 def test_a_unit_that_is_not_known_does_not_drop_its_column_in_silence(tmp_path: Path) -> None:
     table = written(tmp_path, "Time (s),HKLD (klbf),RPM (umdr./min),Weight (x)\n0,200,30,1\n1,201,60,2\n")
     (note,) = [note for note in read_table(table).notes if "not used" in note]

@@ -134,6 +134,11 @@ class _Columns:
             given = units.pop(name, units.pop(bare, ""))
             if given and bare == name:
                 bare = split_brackets(name.removesuffix(" (2)"))[0]  # a unit of the table's that is not known
+            before, _, letter = name.rpartition("_")
+            if bare == name and not any(rank(channel, name) is not None for channel in HEADS):
+                channel = next((channel for channel in HEADS if rank(channel, before) is not None), "")
+                if channel and unit_factor(letter, IMPORT_CHANNELS[channel].kind) is not None:
+                    bare, own = before, letter  # "block_position_m", but not "mud_t"
             self.bare[name] = bare.removesuffix(" (2)")
             self.units[name] = given or unit or own
         if units:

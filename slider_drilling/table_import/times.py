@@ -78,6 +78,8 @@ def read_stamps(
         stamps = cells.astype("datetime64[ns]").astype(np.int64)
         if date_column:
             stamps = stamps % DAY + _days_of(table, date_column)
+        elif np.all((stamps == NO_TIME) | ((stamps >= 0) & (stamps < DAY))):
+            _count_days(stamps, notes, start)  # times of day of a workbook
         return _to_utc(stamps, np.isin(stamps, NO_TIME), time_zone, source, notes), notes
     if isinstance(cells, np.ndarray):
         raise InputError(
