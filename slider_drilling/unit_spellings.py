@@ -22,7 +22,7 @@ SPELLINGS: dict[str, dict[str, str]] = {
         "gon": "grad", "rad": "rads, radian, radians",
     },
     "angular speed": {
-        "rpm": "r/min, revs/min, 1/min, c/min, rev/minute, revolutions/min, u/min, min 1",
+        "rpm": "r/min, revs/min, 1/min, c/min, rev/minute, revolutions/min, u/min, tr/min, min 1",
         "rev/s": "rps, c/s, r/s, revs/s, 1/s", "deg/s": "°/s, º/s, dega/s, deg/sec, degrees/s",
         "rad/s": "rad/sec, radians/s",
         "spm": "strokes/min, stroke/min, stk/min, stks/min, strk/min, str/min, spm/min, strokes per minute",

@@ -98,6 +98,35 @@ def test_invalid_changes_are_refused(rig: sd.Rig, changes: dict[str, object], sa
         rig.with_(changes)
 
 
+@pytest.mark.parametrize(("call", "said"), [
+    (lambda rig: sd.simulate("rig.yaml", "a:b", 1.0), "simulate: rig: str is no rig; make one of it with load_rig"),
+    (lambda rig: sd.simulate(rig, "a:b", 1.0, nominal={}), "simulate: nominal: rig: dict is no rig"),
+    (lambda rig: sd.rocking("rig.yaml", 1.0, amplitude=1.0, period=8.0), "rocking: rig: str is no rig"),
+    (lambda rig: sd.rocking(rig, 1.0, amplitude="a", period=8.0), "rocking: amplitude = 'a': expected a number"),
+    (lambda rig: sd.rocking(rig, 1.0, amplitude=1.0, period=None), "rocking: period = None: expected a number"),
+    (lambda rig: sd.rocking(rig, 1.0, amplitude=1.0, period=8.0, interval=0), "interval = 0 s: must be above 0"),
+    (lambda rig: sd.with_effect(3, "stribeck"), "with_effect: rig: int is no rig"),
+    (lambda rig: sd.with_effect(rig, ["stribeck"]), "effect: list is no effect; write NAME, or NAME:KEY=VALUE"),
+    (lambda rig: sd.batch("rig.yaml", "a:b", 1.0), "batch: rig: str is no rig"),
+    (lambda rig: sd.batch(3, "a:b", 1.0), "batch: rig: int is no rig"),
+    (lambda rig: sd.batch(rig, "a:b", 1.0, vary=3), "batch: vary: int; give a dict of keys"),
+    (lambda rig: sd.batch(rig, "a:b", 1.0, vary={"mud.density": 3}), "batch: vary: mud.density: 3; give a list of "),
+])  # fmt: skip
+def test_arguments_of_another_kind_are_refused(rig: sd.Rig, call: Any, said: str) -> None:
+    with pytest.raises(sd.InputError) as refused:
+        call(rig)
+    assert said in str(refused.value)
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers(rig: sd.Rig) -> None:
+    commands = sd.rocking(rig, 2.0, amplitude=np.float32(3.0), period=np.int64(8))
+    first, second = (
+        sd.simulate(rig, commands, seed=kind(3), elements=kind(ELEMENTS)).log for kind in (int, np.int64)
+    )
+    assert first.draw_works is not None and second.draw_works is not None
+    np.testing.assert_array_equal(first.draw_works.effort, second.draw_works.effort)
+
+
 def test_commands_give_run_and_log(run: sd.Run) -> None:
     frame = run.to_frame()
     assert frame.attrs["units"]["surface_torque"] == "N m"

@@ -42,6 +42,22 @@ def test_date_in_its_own_column_and_order(tmp_path: Path) -> None:
     assert any("read as MDY" in note for note in ambiguous.notes)
 
 
+def test_dates_alone_are_no_times(tmp_path: Path) -> None:
+    text = "Date,Watch,HKLD (klbf)\n" + "".join(f"2024-03-12,23:59:0{k},20{k}\n" for k in range(4))
+    with pytest.raises(InputError, match=r"t\.csv: column 'Date': holds dates without times of day, and repeats them"):
+        read_table(written(tmp_path, text))
+    log = read_table(written(tmp_path, text.replace("Watch", "Uhrzeit")))
+    assert log.draw_works is not None
+    np.testing.assert_allclose(log.draw_works.time, [0.0, 1.0, 2.0, 3.0])
+
+
+def test_times_that_are_coarser_than_the_rows_are_said_to_be(tmp_path: Path) -> None:
+    text = "Time,HKLD (klbf)\n" + "".join(f"2024-03-12 23:{k // 60:02},{k}\n" for k in range(240))
+    notes = read_table(written(tmp_path, text + ",7\n")).notes
+    assert any("236 of 241 rows repeat a time: the last of each is kept; the times are coarser" in one for one in notes)
+    assert "1 of 241 rows have no time: left out" in notes
+
+
 @pytest.mark.parametrize(
     ("times", "length"),
     [

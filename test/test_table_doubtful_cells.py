@@ -51,6 +51,35 @@ def test_two_decimals_behind_a_point_leave_no_doubt(tmp_path: Path) -> None:
     np.testing.assert_allclose(torques(tmp_path, "Time;Torque\n0;8,1\n1;8.25\n2;0.125\n"), [8.1, 8.25, 0.125])
 
 
+@pytest.mark.parametrize(("text", "values"), [
+    ("Time\tTorque\n0.5\t8,125\n1.5\t9,250\n", [8125.0, 9250.0]),  # points elsewhere: commas part thousands
+    ("Time;Torque\n0.5;8,125\n1.5;9,250\n", [8125.0, 9250.0]),
+    ("Time\tTorque\n0\t8,125\n1\t0,009,250\n", [8125.0, 9250.0]),
+    ("Time\tTorque\n0,5\t8,125\n1,5\t9,250\n", [8.125, 9.25]),
+    ('Time,Torque\n"0,5","8,125"\n"1,5","9,250"\n', [8.125, 9.25]),  # decimal commas elsewhere
+    ('Time,Torque\n0,"8,125"\n1,"0,250"\n', [8.125, 0.25]),
+    ('Time,Torque\n0,"8,125"\n1,"9,250"\n', [8125.0, 9250.0]),
+    ("Time;Torque\n0;8,125\n1;9,250\n", [8.125, 9.25]),
+])  # fmt: skip
+def test_other_cells_tell_what_a_comma_before_three_digits_is(tmp_path: Path, text: str, values: list[float]) -> None:
+    np.testing.assert_allclose(torques(tmp_path, text, unit="N m") * 1000.0, values)
+
+
+@pytest.mark.parametrize("text", [
+    "Time\tTorque\n0\t8,125\n1\t9,250\n", "Time|Torque\n0|8,125\n1|9,250\n", "Time\tTorque\n0,5\t8,125\n1.5\t9,250\n",
+])  # fmt: skip
+def test_a_comma_before_three_digits_is_refused_where_nothing_tells(tmp_path: Path, text: str) -> None:
+    with pytest.raises(InputError, match=r"line 2: column 'Torque' = '8,125': is its comma .* set decimal"):
+        torques(tmp_path, text)
+    assert torques(tmp_path, text.replace("0,5", "0.5"), "decimal: '.'", unit="N m")[0] == pytest.approx(8.125)
+
+
+def test_a_declared_null_does_not_tell_the_decimal_mark(tmp_path: Path) -> None:
+    text = "Time\tTorque\n0\t-999.25\n1\t8,125\n"
+    with pytest.raises(InputError, match="is its comma a decimal mark"):
+        torques(tmp_path, text)
+
+
 @pytest.mark.parametrize("cell", ["8_1", "1_000.5", "_8", "8__1"])
 def test_an_underscore_is_no_part_of_a_number(tmp_path: Path, cell: str) -> None:
     with pytest.raises(InputError, match=rf"line 3: column 'Torque' = '{cell}': not a number"):

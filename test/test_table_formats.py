@@ -93,8 +93,45 @@ def test_last_line_that_breaks_off_is_left_out(tmp_path: Path) -> None:
 def test_equal_heads_with_equal_values_are_one(tmp_path: Path) -> None:
     text = "Time (s),HKLD,HKLD\n,klbf,klbf\n0,200,200\n1,201,{}\n"
     np.testing.assert_allclose(hook(read_table(written(tmp_path, text.format(201)))), [200, 201])
-    with pytest.raises(InputError, match=r"write 'HKLD \(2\)' for the second"):
-        read_table(written(tmp_path, text.format(7)))
+    unequal = written(tmp_path, text.format(7))
+    with pytest.raises(InputError, match=r"2 such columns .*, write 'HKLD \(1\)' for the first, 'HKLD \(2\)' for "):
+        read_table(unequal)
+    for name, values in (("HKLD (1)", [200, 201]), ("HKLD (2)", [200, 7])):
+        mapping = f"""schema: slider_drilling/csv/1
+time: {{column: Time (s), unit: s}}
+channels:
+  hook_load: {{column: {name}, unit: klbf}}
+"""
+        np.testing.assert_allclose(hook(read_table(unequal, written(tmp_path, mapping, name="m.yaml"))), values)
+
+
+def test_a_unit_of_one_letter_ends_the_head_of_a_channel(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "time_s,hook_load_N,block_position_m,bit_depth_f\n0,200,10,1\n1,201,9,2\n"))
+    assert log.draw_works is not None and log.bit_depth is not None
+    np.testing.assert_allclose(log.draw_works.position, [0.0, 1.0])
+    np.testing.assert_allclose(log.draw_works.effort, [200.0, 201.0])
+    np.testing.assert_allclose(log.bit_depth.position, [0.3048, 0.6096])
+
+
+def test_times_of_day_of_a_workbook_pass_midnight(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["Time", "HKLD (klbf)"], [datetime.time(23, 59, 59), 200], [datetime.time(0, 0, 1), 201]):
+        book.active.append(row)
+    book.save(tmp_path / "t.xlsx")
+    log = read_table(tmp_path / "t.xlsx")
+    assert log.draw_works is not None
+    np.testing.assert_allclose(log.draw_works.time, [0.0, 2.0])
+    assert "the times have no date: counted from 1970-01-01; give the first row's with start" in log.notes
+
+
+def test_a_unit_that_is_not_known_does_not_drop_its_column_in_silence(tmp_path: Path) -> None:
+    table = written(tmp_path, "Time (s),HKLD (klbf),RPM (umdr./min),Weight (x)\n0,200,30,1\n1,201,60,2\n")
+    (note,) = [note for note in read_table(table).notes if "not used" in note]
+    assert note.startswith("'RPM (umdr./min)' is not used: 'umdr./min' is not a known unit of angular speed; if it is ")
+    log = import_table(table, units={"RPM (umdr./min)": "rpm"}).log
+    assert log.top_drive is not None
+    np.testing.assert_allclose(log.top_drive.velocity, [np.pi, 2.0 * np.pi])
 
 
 @pytest.mark.parametrize(

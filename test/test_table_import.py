@@ -154,7 +154,7 @@ def test_nulls_repeats_and_unit_line(tmp_path: Path) -> None:
     np.testing.assert_allclose(log.top_drive.time, [0.0, 2.0, 3.0])
     np.testing.assert_array_equal(log.top_drive.effort, [10.0, 30.0, np.nan])
     np.testing.assert_array_equal(log.top_drive.position, [np.nan, 8.0, 9.0])
-    assert "1 rows without a time, or with a repeated one, were left out" in log.notes
+    assert "1 of 5 rows repeat a time: the last of each is kept" in log.notes
     assert log.start == 1.0
 
 

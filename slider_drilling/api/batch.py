@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slider_drilling import drillstring
-from slider_drilling.api.checks import check_commands, check_elements, check_seed
+from slider_drilling.api.checks import check_commands, check_elements, check_rig, check_seed
 from slider_drilling.api.simulate import UNITS, Run, simulate
 from slider_drilling.api.simulated_log import build_log, sample_sensors
 from slider_drilling.columns import Columns, TableExport
@@ -136,12 +136,19 @@ def _rigs(
     rigs: Rig | Sequence[Rig], vary: Mapping[str, Sequence[Any]] | None
 ) -> tuple[list[Rig], tuple[dict[str, Any], ...]]:
     if vary is None:
-        given = [rigs] if isinstance(rigs, Rig) else list(rigs)
+        given = [rigs] if isinstance(rigs, Rig) or not isinstance(rigs, Iterable) else list(rigs)
         if not given:
             raise InputError("batch: no rigs: give at least one")
+        for rig in given:
+            check_rig(rig, "batch")
         return given, tuple({} for _ in given)
     if not isinstance(rigs, Rig):
         raise InputError("batch: vary: needs one rig to vary, not several")
+    if not isinstance(vary, Mapping):
+        raise InputError(f"batch: vary: {type(vary).__name__}; give a dict of keys, each with a list of values")
+    for key, choices in vary.items():
+        if isinstance(choices, str) or not isinstance(choices, Iterable):
+            raise InputError(f"batch: vary: {key}: {choices!r}; give a list of values")
     combinations = [dict(zip(vary, values, strict=True)) for values in itertools.product(*vary.values())]
     if not combinations:
         raise InputError("batch: vary: one of its lists is empty")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 
 from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.errors import InputError
@@ -12,6 +13,12 @@ from slider_drilling.schema.option_types import check_argument
 MAX_SAMPLES = 5_000_000
 """Largest number of samples of a run in memory: 139 h at 10 Hz. ``slider-drilling run`` records longer ones."""
 MIN_ELEMENTS, MAX_ELEMENTS = 10, 5000
+
+
+def check_rig(rig: object, caller: str) -> None:
+    """Raise InputError unless this is a rig; a path or keys and values are none yet."""
+    if not isinstance(rig, Rig):
+        raise InputError(f"{caller}: rig: {type(rig).__name__} is no rig; make one of it with load_rig")
 
 
 def check_run(
@@ -59,11 +66,11 @@ def check_commands(rig: Rig, commands: Commands, caller: str) -> None:
 
 def check_seed(seed: int, caller: str) -> None:
     """Raise InputError unless the seed is a whole number of at least 0."""
-    if not isinstance(seed, int) or seed < 0:
+    if not isinstance(seed, numbers.Integral) or seed < 0:
         raise InputError(f"{caller}: seed = {seed!r}: must be a whole number of at least 0")
 
 
 def check_elements(elements: int, caller: str) -> None:
     """Raise InputError unless the number of elements is within its range."""
-    if not isinstance(elements, int) or not MIN_ELEMENTS <= elements <= MAX_ELEMENTS:
+    if not isinstance(elements, numbers.Integral) or not MIN_ELEMENTS <= elements <= MAX_ELEMENTS:
         raise InputError(f"{caller}: elements = {elements!r}: must be within {MIN_ELEMENTS} to {MAX_ELEMENTS}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.api.checks import check_elements
+from slider_drilling.api.checks import check_elements, check_rig
 from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, SampledQuantity, TableExport, join_samples
 from slider_drilling.diagnosis import replay as engine
@@ -119,6 +119,7 @@ def replay(
     check_elements(elements, "replay")
     record = as_log(log, namespace, topics)
     simulated = record.rig() if rig is None else rig
+    check_rig(simulated, "replay")
     return ReplayResult(record, simulated, engine.replay(record, simulated, elements))
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from slider_drilling.api.checks import check_rig
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.drillstring import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
+from slider_drilling.schema.option_types import check_argument
 
 
 def rocking(
@@ -38,9 +40,12 @@ def rocking(
     Raises:
         InputError: A number cannot be used.
     """
-    given = {"duration": duration, "centre": centre, "block_speed": block_speed, "pump_speed": pump_speed or 0.0,
-             "interval": interval or 1.0}  # fmt: skip
+    check_rig(rig, "rocking")
+    given = {"duration": duration, "amplitude": amplitude, "period": period, "rounding": rounding, "centre": centre,
+             "block_speed": block_speed, "pump_speed": 0.0 if pump_speed is None else pump_speed,
+             "interval": 1.0 if interval is None else interval}  # fmt: skip
     for name, value in given.items():
+        check_argument(value, float, f"rocking: {name}")
         if not np.isfinite(value):
             raise InputError(f"rocking: {name} = {value}: must be a finite number")
     if duration <= 0.0 or given["interval"] <= 0.0:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slider_drilling import drillstring
-from slider_drilling.api.checks import check_commands, check_run
+from slider_drilling.api.checks import check_commands, check_rig, check_run
 from slider_drilling.api.simulated_log import SURFACE_SENSORS, SensorReadings, build_log, sample_sensors
 from slider_drilling.columns import Columns, SampledQuantity, TableExport, join_samples
 from slider_drilling.control.controller_loader import checked_step, load_controller, set_tool_face_target
@@ -157,6 +157,8 @@ def simulate(
         InputError: An argument cannot be used; the message names it.
     """
     known = rig if nominal is None else nominal
+    check_rig(rig, "simulate")
+    check_rig(known, "simulate: nominal")
     if isinstance(target, str):
         target = read_quantity(target, "rad", "simulate: target")
     if (drive is None) == (programme is None):

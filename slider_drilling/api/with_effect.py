@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from slider_drilling.api.checks import check_rig
 from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
@@ -22,6 +23,9 @@ def with_effect(rig: Rig, effect: str) -> Rig:
     Raises:
         InputError: There is no such effect or key, or a value is out of range.
     """
+    check_rig(rig, "with_effect")
+    if not isinstance(effect, str):
+        raise InputError(f"effect: {type(effect).__name__} is no effect; write NAME, or NAME:KEY=VALUE")
     name, colon, given = effect.partition(":")
     without_values = name.partition("=")[0]
     if without_values in EFFECTS and name not in EFFECTS:

@@ -217,6 +217,12 @@ def split_head(head: str) -> tuple[str, str]:
     return head, ""
 
 
+def split_brackets(head: str) -> tuple[str, str]:
+    """What stands before and within the brackets at a head's end, whether it is a unit or not; (head, "") without."""
+    match = _BRACKETS.match(head)
+    return (match["name"], match["unit"]) if match else (head, "")
+
+
 def _encoding(path: Path, wanted: str) -> tuple[str, str]:
     """The encoding of a file, and a note where it was guessed."""
     if wanted != AUTO:

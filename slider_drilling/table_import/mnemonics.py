@@ -49,7 +49,7 @@ DATE_HEADS = ("date", "day", "rig date", "log date", "yyyy/mm/dd", "mm/dd/yyyy",
 TIME_HEADS = (
     "datetime", "date time", "timestamp", "time stamp", "date and time", "date/time", "rig time", "rigtime", "time",
     "utc", "utc time", "local time", "time utc", "time of day", "t", "etim", "elapsed time", "rttime", "clock", "index",
-    "time s", "unix time", "epoch", "zeit", "hh:mm:ss", "tim", "rig date time",
+    "time s", "unix time", "epoch", "zeit", "uhrzeit", "hh:mm:ss", "tim", "rig date time",
 )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slider_drilling.errors import InputError
 from slider_drilling.null_values import without_undeclared_nulls
 from slider_drilling.schema.yaml_tree import shorten
-from slider_drilling.table_import.source import Array, Table
+from slider_drilling.table_import.source import Array, Cells, Table
 
 # What recorders, spreadsheets and historians write where there is no value, in lower case.
 NULL_WORDS = frozenset({
@@ -27,6 +27,17 @@ _GROUPING = re.compile(r"[.' \u00a0\u202f]")
 # A number with points that may part thousands, as a table with decimal commas writes it.
 POINT_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[,' \u00a0\u202f]\d{3})+(?:\.\d*)?")
+# A number with commas that part thousands, or whose comma is a decimal mark before three digits.
+_COMMA_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+# A line with a number whose one comma can only be a decimal mark; the same for a point.
+_SURE_COMMA, _SURE_POINT = (
+    re.compile(
+        rf"^[ \t]*[+-]?(?:0?[{mark}]\d+|\d+[{mark}](?!\d{{3}}[ \t]*$)\d+|\d{{4,}}[{mark}]\d+"
+        rf"|\d{{1,3}}(?:[{other}' ]\d{{3}})+[{mark}]\d+|\d{{1,3}}(?:[{other}]\d{{3}}){{2,}})[ \t]*$",
+        re.MULTILINE,
+    )
+    for mark, other in ((",", "."), (".", ","))
+)
 
 
 @dataclass(frozen=True)
@@ -74,13 +85,15 @@ def numbers(
     if isinstance(cells, np.ndarray):
         values, comma, thousands = np.array(cells, dtype=np.float64), False, False
     else:
-        values, comma, thousands = _from_text(table, name, decimal, delimiter)
+        values, comma, thousands = _from_text(table, name, nulls, decimal, delimiter)
     values[np.isin(values, nulls) | np.isinf(values)] = math.nan
     known, undeclared = without_undeclared_nulls(values, positive)
     return Numbers(known, values, undeclared, comma, thousands)
 
 
-def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[Array, bool, bool]:
+def _from_text(
+    table: Table, name: str, nulls: tuple[float, ...], decimal: str, delimiter: str
+) -> tuple[Array, bool, bool]:
     cells: list[str] = list(table.columns[name])
     if any("_" in cell for cell in cells):
         _refuse_underscores(table, name, cells)
@@ -89,7 +102,7 @@ def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[A
             return np.array([float(cell) if cell else math.nan for cell in cells]), False, False
         except ValueError:
             pass
-    comma, thousands = _marks(cells, decimal, delimiter)
+    comma, thousands = _marks(table, name, nulls, decimal, delimiter)
     if comma and not _GROUPING.search("".join(cells)):
         try:
             return np.array([float(cell.replace(",", ".")) if cell else math.nan for cell in cells]), True, False
@@ -127,17 +140,50 @@ def _not_a_number(table: Table, name: str, index: int, cell: str) -> InputError:
     )
 
 
-def _marks(cells: list[str], decimal: str, delimiter: str) -> tuple[bool, bool]:
-    """Whether commas are decimal marks, and whether there are marks of thousands."""
+def _marks(table: Table, name: str, nulls: tuple[float, ...], decimal: str, delimiter: str) -> tuple[bool, bool]:
+    """Whether commas are decimal marks, and whether there are marks of thousands. Raises InputError where both fit."""
     if decimal == ",":
         return True, False
+    cells = [str(cell) for cell in table.columns[name]]
     odd = [cell.strip() for cell in cells if "," in cell or " " in cell.strip() or "'" in cell or "\u00a0" in cell]
     if decimal != ".":
-        # 8,125 between semicolons is 8.125; between commas, in quotes, it is eight thousand.
-        commas = (word for word in odd if "," in word and _COMMA.fullmatch(word))
-        if any(delimiter not in ("", ",") or not _THOUSANDS.fullmatch(word) for word in commas):
+        commas = [word for word in odd if "," in word and _COMMA.fullmatch(word)]
+        if any(not _COMMA_GROUPS.fullmatch(word) for word in commas):
             return True, False
+        if commas:
+            comma = _commas_are_decimal(table, name, nulls, delimiter)
+            return comma, not comma
     return False, any(_THOUSANDS.fullmatch(word) for word in odd)
+
+
+def _commas_are_decimal(table: Table, name: str, nulls: tuple[float, ...], delimiter: str) -> bool:
+    """Whether the commas of a column such as 8,125 are decimal marks: other cells of the table tell.
+
+    Where none does, 8,125 between semicolons is 8.125, and in quotes between commas it is eight thousand.
+
+    Raises:
+        InputError: Nothing tells.
+    """
+    comma = any(_has_mark(cells, _SURE_COMMA, nulls) for cells in table.columns.values())
+    point = any(_has_mark(cells, _SURE_POINT, nulls) for cells in table.columns.values())
+    if comma != point:
+        return comma
+    if not comma and delimiter in (";", ",", ""):
+        return delimiter == ";"
+    cells = [str(cell).strip() for cell in table.columns[name]]
+    index = next(index for index, cell in enumerate(cells) if _COMMA_GROUPS.fullmatch(cell))
+    raise InputError(
+        f"{table.where(index)}: column {name!r} = {shorten(cells[index])}: is its comma a decimal mark or a mark of "
+        "thousands? set decimal in the mapping file ('.' for thousands)"
+    )
+
+
+def _has_mark(cells: Cells, sure: re.Pattern[str], nulls: tuple[float, ...]) -> bool:
+    """Whether a column holds a number, and no declared null, in which a mark can only be the decimal one."""
+    if isinstance(cells, np.ndarray):
+        return False
+    found = (re.sub("[' ]", "", match[0]) for match in sure.finditer("\n".join(map(str, cells))))
+    return any(len(re.findall("[.,]", word)) > 1 or float(word.replace(",", ".")) not in nulls for word in found)
 
 
 def runs(where: NDArray[np.bool_]) -> int:

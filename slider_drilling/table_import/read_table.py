@@ -97,7 +97,7 @@ def import_table(
         if time_zone:
             mapping = replace(mapping, layout=replace(mapping.layout, time_zone=time_zone))
         mapping = _with_date_column(mapping, source, found)
-        check_columns(mapping, source)
+        mapping = check_columns(mapping, source)
         table = source.read(mapping.columns(), rows)
     else:
         source = open_table(table_path, None, wits_units)
@@ -105,28 +105,36 @@ def import_table(
         if time_zone:
             recognised.tree = {**recognised.tree, "time_zone": time_zone}
         mapping = recognised.mapping(printable(str(path)))
-        check_columns(mapping, source)
+        mapping = check_columns(mapping, source)
         table = source.read(mapping.columns(), rows)
-        mapping = _with_unsigned(recognised, mapping, table, found)
+        mapping = _with_unsigned(recognised, mapping, table, _delimiter(source), found)
         text = mapping_text(recognised.tree, printable(str(path)))
     return ImportedTable(_log(source, table, mapping, found, (rig_text, rig_path)), text)
 
 
-def _with_unsigned(recognised: Recognised, mapping: TableMapping, table: Table, found: Findings) -> TableMapping:
+def _with_unsigned(
+    recognised: Recognised, mapping: TableMapping, table: Table, delimiter: str, found: Findings
+) -> TableMapping:
     """The recognised mapping with channels marked that have lost their sign."""
     wanted: list[str] = [
         key
         for key in UNSIGNED
         if key in mapping.channels and (key != "top_drive_angle" or mapping.channels[key].integral)
     ]
+    nulls = mapping.layout.null_values
     values = {
-        key: numbers(table, mapping.channels[key].column, mapping.layout.null_values, AUTO).values for key in wanted
+        key: numbers(table, mapping.channels[key].column, nulls, AUTO, delimiter=delimiter).values for key in wanted
     }
     if mark_unsigned(recognised.tree, values, recognised.notes):
         mapping = recognised.mapping(mapping.source)
     for note in recognised.notes:
         found.add("columns", note)
     return mapping
+
+
+def _delimiter(source: TableSource) -> str:
+    """The mark between the cells of a text; empty for other tables."""
+    return source.format.delimiter if isinstance(source, TextTable) else ""
 
 
 def _with_date_column(mapping: TableMapping, source: TableSource, found: Findings) -> TableMapping:
@@ -155,8 +163,7 @@ def _log(
     for note in contradicted_units(source.heads, mapping):
         found.add("columns", note)
     nulls = (*mapping.layout.null_values, *source.heads.nulls)
-    delimiter = source.format.delimiter if isinstance(source, TextTable) else ""
-    reader = ColumnReader(table, mapping.layout, nulls, delimiter)
+    reader = ColumnReader(table, mapping.layout, nulls, _delimiter(source))
     times = row_times(reader, mapping, mapping.layout.time.date_order or source.heads.date_order, found)
     channels = ChannelValues(reader, mapping, times, found)
     channels.read_columns()

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from slider_drilling.errors import InputError
-from slider_drilling.table_import.delimited_text import split_head
+from slider_drilling.table_import.delimited_text import split_brackets, split_head
 from slider_drilling.table_import.mapping import (
     EXCEL_DAYS,
     IMPORT_CHANNELS,
@@ -97,7 +97,24 @@ def recognise(table: TableSource, source: str, units: Mapping[str, str], has_rig
             f"UNIT one of {', '.join(kinds)}"
         )
     found.tree["channels"] = channels
+    found.notes += _unknown_units(named, channels)
     return found
+
+
+def _unknown_units(table: _Columns, channels: Mapping[str, Any]) -> list[str]:
+    """A sentence for each column that is no channel only because its head has something unknown in brackets."""
+    notes = []
+    for name in table.names:
+        bare, unit = split_brackets(name)
+        if unit and bare != table.bare[name] and not table.is_empty(name):
+            could_be = [channel for channel in HEADS if channel not in channels and rank(channel, bare) is not None]
+            if could_be:
+                kind = IMPORT_CHANNELS[could_be[0]].kind
+                notes.append(
+                    f"{name!r} is not used: {unit!r} is not a known unit of {kind}; if it is {could_be[0]}, give its "
+                    f"unit with --unit '{name}=UNIT'"
+                )
+    return notes
 
 
 class _Columns:
@@ -114,8 +131,16 @@ class _Columns:
         self.units: dict[str, str] = {}
         for name, unit in zip(self.names, table.heads.units, strict=True):
             bare, own = split_head(name)
+            given = units.pop(name, units.pop(bare, ""))
+            if given and bare == name:
+                bare = split_brackets(name.removesuffix(" (2)"))[0]  # a unit of the table's that is not known
+            before, _, letter = name.rpartition("_")
+            if bare == name and not any(rank(channel, name) is not None for channel in HEADS):
+                channel = next((channel for channel in HEADS if rank(channel, before) is not None), "")
+                if channel and unit_factor(letter, IMPORT_CHANNELS[channel].kind) is not None:
+                    bare, own = before, letter  # "block_position_m", but not "mud_t"
             self.bare[name] = bare.removesuffix(" (2)")
-            self.units[name] = units.pop(name, units.pop(bare, "")) or unit or own
+            self.units[name] = given or unit or own
         if units:
             raise InputError(f"--unit {next(iter(units))}: no such column; the table has {self.listed()}")
 

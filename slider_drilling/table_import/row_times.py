@@ -128,9 +128,13 @@ def _increasing(seconds: Array, table: Table, zone_unknown: bool, found: Finding
     kept = np.zeros(seconds.shape, dtype=np.bool_)
     kept[timed[np.append(steps > 0.0, True)]] = True
     if not kept.all():
-        found.add(
-            "clock", f"{np.count_nonzero(~kept)} rows without a time, or with a repeated one, were left out"
-        )
+        untimed, repeated = seconds.size - timed.size, int(timed.size - np.count_nonzero(kept))
+        if untimed:
+            found.add("clock", f"{untimed} of {seconds.size} rows have no time: left out")
+        if repeated:
+            coarse = 2 * repeated > timed.size
+            advice = "; the times are coarser than the rows: export them with fractions of a second" if coarse else ""
+            found.add("clock", f"{repeated} of {seconds.size} rows repeat a time: the last of each is kept{advice}")
     return kept
 
 

@@ -78,6 +78,8 @@ def read_stamps(
         stamps = cells.astype("datetime64[ns]").astype(np.int64)
         if date_column:
             stamps = stamps % DAY + _days_of(table, date_column)
+        elif np.all((stamps == NO_TIME) | ((stamps >= 0) & (stamps < DAY))):
+            _count_days(stamps, notes, start)  # times of day of a workbook
         return _to_utc(stamps, np.isin(stamps, NO_TIME), time_zone, source, notes), notes
     if isinstance(cells, np.ndarray):
         raise InputError(
@@ -117,6 +119,11 @@ def _parse(
     if dates is not None:
         split = [(str(date).strip().split(" ")[0], time) for date, (_, time) in zip(dates, split, strict=True)]
     written = {date for date, time in split if date and date.lower() not in NULL_WORDS}
+    if dates is None and len(written) < sum(bool(date) for date, _ in split) and not any(time for _, time in split):
+        raise InputError(
+            f"{table.source}: column {column!r}: holds dates without times of day, and repeats them; name the column "
+            "of times in a mapping file (--mapping), and this one as its date_column"
+        )
     where = f"{table.source}: column {(date_column or column)!r}"
     days = _days(written, order, notes, where)
     stamps = np.full(len(split), NO_TIME, dtype=np.int64)
