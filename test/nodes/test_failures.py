@@ -3,6 +3,7 @@
 import math
 import re
 import signal
+import threading
 import time
 
 import pytest
@@ -77,6 +78,29 @@ def test_command_stamped_ahead_does_not_block_controller(speed, start, listener)
     for program in (simulator, controller):
         program.process.send_signal(signal.SIGINT)
         assert program.end() == 0, program.output
+
+
+def test_flood_of_refused_commands_stops_nothing(start, listener):
+    start("rocking_controller", use_sim_time=True)
+    start("friction_simulator", elements=20, wait_for_controller=True)
+    typed = listener.publisher(TOPICS["top_drive_command"])
+    listener.until(lambda: bool(listener.heard["top_drive_command"]), "the controller's commands")
+    enough = threading.Event()
+
+    def flood() -> None:
+        while not enough.wait(0.002):
+            typed.publish(cdr.encode_joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
+
+    flooding = threading.Thread(target=flood)
+    flooding.start()
+    try:
+        listener.until_status(COMMANDS, ERROR, "ahead of the rig")
+        listener.until_time(listener.time + 20.0)
+        listener.until_status(COMMANDS, ERROR, "ahead of the rig")
+    finally:
+        enough.set()
+        flooding.join()
+    listener.until_status(COMMANDS, OK, "every sample is answered")
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
