@@ -224,7 +224,8 @@ def _calibrated_with(found: FittedModel, task: SearchTask, floors: Sequence[dict
     of_effects = {parameter.name for effect in found.effects for parameter in effect.parameters}
     left_out = of_effects - {parameter.name for parameter in freed}
     start = {name: value for name, value in found.fit.values.items() if name not in left_out}
-    return calibrate(model.with_nuisance(freed), task.effects, floors, [start], task.seed, task.report)
+    counter = found.problem.counter
+    return calibrate(model.with_nuisance(freed), task.effects, floors, [start], task.seed, task.report, counter)
 
 
 def coupled_effect_sets(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:

@@ -62,6 +62,19 @@ def test_nuisance_that_explains_the_gap_is_calibrated():
     assert abs(answer.parameters["bend"] - 4.0) < 0.5
 
 
+def test_simulations_before_it_was_calibrated_count_too():
+    counted: list[int] = []
+
+    class CountingToy(BendingToy):
+        def simulate(self, run, sets, options):  # type: ignore[no-untyped-def]
+            counted.append(len(sets))
+            return super().simulate(run, sets, options)
+
+    answer = explain(CountingToy(bending_toy(1, bend=4.0).runs))
+    assert answer.parameters["bend"] != 0.0
+    assert answer.simulation_count == sum(counted)
+
+
 def test_effect_beside_conditional_nuisance_is_named():
     answer = explain(bending_toy(2, bend=4.0, saw=6.0))
     assert answer.effects == ("saw",)

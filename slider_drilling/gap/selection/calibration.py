@@ -11,7 +11,7 @@ from slider_drilling.gap.evidence.replicates import replicate_noise_factors
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, HasObserver, Model, SimulationOptions, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, lower_floor, raise_floor, sigmas
-from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.problem.problem import Problem, SimulationCounter, build_problem
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -39,6 +39,7 @@ def calibrate(
     starts: Sequence[Values],
     seed: int,
     report: Progress,
+    counter: SimulationCounter | None = None,
 ) -> SearchState:
     """Fit the nuisance alone and see whether that is enough.
 
@@ -49,12 +50,13 @@ def calibrate(
         starts: Nuisance values to start from.
         seed: Seed of resamples and replicates.
         report: Called with the stage and the share done.
+        counter: Of an earlier search, to go on counting.
 
     Returns:
         The first state of the search; it is done if nothing is left to find.
     """
     report("calibrating", 0.02)
-    problem = build_problem(model, [sigmas(own) for own in floors])
+    problem = build_problem(model, [sigmas(own) for own in floors], counter=counter)
     given = [{}, *(dict(values) for values in starts if values)]
     result = _calibrated(problem, effects, floors, starts, seed, report)
     if fitted_gap(result.fitted) > least_gap(result.free_run, given):
