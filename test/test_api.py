@@ -118,6 +118,25 @@ def test_arguments_of_another_kind_are_refused(rig: sd.Rig, call: Any, said: str
     assert said in str(refused.value)
 
 
+@pytest.mark.parametrize("given", [None, 3, b"x", "a\0b", [1, 2], {}])
+@pytest.mark.parametrize("call", [
+    sd.read_log, sd.import_log, sd.activities, sd.analyse, sd.replay, sd.watch, sd.diagnose, sd.load_programme,
+    lambda given: sd.new_rig(given, given),
+], ids=["read_log", "import_log", "activities", "analyse", "replay", "watch", "diagnose", "load_programme", "new_rig"])
+def test_what_is_no_path_is_refused(call: Any, given: Any) -> None:
+    with pytest.raises(sd.InputError, match=r"^[^\n]+$"):
+        call(given)
+
+
+@pytest.mark.parametrize("call", [
+    sd.torque_drag, sd.rocking_plan, sd.closed_loop, lambda given: sd.load_rig().with_(given),
+    lambda given: sd.load_rig(given),
+], ids=["torque_drag", "rocking_plan", "closed_loop", "with_", "load_rig"])
+def test_a_number_is_no_rig_controller_or_change(call: Any) -> None:
+    with pytest.raises(sd.InputError, match=r"^[^\n]+$"):
+        call(3)
+
+
 def test_whole_numbers_of_numpy_are_whole_numbers(rig: sd.Rig) -> None:
     commands = sd.rocking(rig, 2.0, amplitude=np.float32(3.0), period=np.int64(8))
     first, second = (

@@ -109,6 +109,7 @@ def closed_loop(
     Raises:
         InputError: An argument cannot be used, or the controller cannot be built or fails.
     """
+    check_argument(controller, str, "closed_loop: controller")
     check_seed(seed, "closed_loop")
     check_elements(elements, "closed_loop")
     check_argument(workers, int, "closed_loop: workers")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,6 +20,7 @@ from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.errors import InputError
+from slider_drilling.files.paths import as_path
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
@@ -161,7 +162,7 @@ def diagnose(
 
 
 def _records(logs: LogLike | Sequence[LogLike], missing: str) -> list[RigLog]:
-    given = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
+    given = list(logs) if isinstance(logs, Iterable) and not isinstance(logs, (str, bytes)) else [logs]
     if not given:
         raise InputError(f"diagnose: {missing}: give at least one")
     return [as_log(log) for log in given]
@@ -184,4 +185,4 @@ def as_earlier_answer(given: DiagnosisResult | str | os.PathLike[str]) -> Earlie
     """A diagnosis as the start of the next. Raises InputError."""
     if isinstance(given, DiagnosisResult):
         return earlier_answer(given.tree, "the diagnosis")
-    return read_earlier_answer(Path(given))
+    return read_earlier_answer(as_path(given, "diagnosis"))

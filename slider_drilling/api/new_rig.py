@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import warnings
-from pathlib import Path
 
 from slider_drilling.errors import InputError
+from slider_drilling.files.paths import as_path
 from slider_drilling.rig import Rig
 from slider_drilling.rig_papers.build import build_rig
 from slider_drilling.rig_papers.sheet import SHEET_KEYS, read_sheet
@@ -37,7 +37,8 @@ def new_rig(survey: PathLike, tally: PathLike, sheet: PathLike | None = None, **
             raise InputError(f"new_rig: {name}: unknown; known: {', '.join(known)}")
         if not isinstance(text, str):
             raise InputError(f"new_rig: {name} = {text!r}: give a text with the unit, such as '9.6 ppg'")
-    made = build_rig(Path(survey), Path(tally), {**({} if sheet is None else read_sheet(Path(sheet))), **values})
+    given = {} if sheet is None else read_sheet(as_path(sheet, "new_rig: sheet"))
+    made = build_rig(as_path(survey, "new_rig: survey"), as_path(tally, "new_rig: tally"), {**given, **values})
     for note in made.notes:
         warnings.warn(note, stacklevel=2)
     return made.rig

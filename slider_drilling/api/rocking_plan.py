@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slider_drilling.api.checks import check_rig
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.control.fixed_rocking import FixedRockingSettings
 from slider_drilling.control.slide_settings import SlideSettings
@@ -141,6 +142,7 @@ def rocking_plan(
     Raises:
         InputError: Something cannot be used.
     """
+    check_rig(rig, "rocking_plan")
     check_argument(options, PlanOptions | None, "rocking_plan: options")
     check_argument(depths, tuple[float, ...] | None, "rocking_plan: depths")
     given = default_depths(rig) if depths is None else [float(depth) for depth in depths]

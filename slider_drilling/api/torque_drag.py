@@ -21,7 +21,7 @@ from slider_drilling.analysis.torque_drag import (
     torque_chart,
     torque_drag_page,
 )
-from slider_drilling.api.checks import check_elements
+from slider_drilling.api.checks import check_elements, check_rig
 from slider_drilling.api.replay import as_log
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.files.output_files import make_folder, write_atomically
@@ -138,6 +138,7 @@ def torque_drag(
     Raises:
         InputError: Something cannot be used.
     """
+    check_rig(rig, "torque_drag")
     check_elements(elements, "torque_drag")
     check_argument(block_weight, float | None, "torque_drag: block_weight")
     check_argument(frictions, tuple[float, ...], "torque_drag: frictions")

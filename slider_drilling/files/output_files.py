@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from slider_drilling.errors import InputError
+from slider_drilling.files.paths import as_path
 
 _MAX_LINE_LENGTH = 1_000_000
 _MAX_TEXT_BYTES = 100_000_000  # of a file that is read as a whole
@@ -29,6 +30,7 @@ def read_text(path: str | os.PathLike[str], what: str, max_bytes: int = _MAX_TEX
     Raises:
         InputError: The file cannot be read, is not UTF-8 or is too long.
     """
+    as_path(path, what)
     with _readable(path, what):
         with open(path, "rb") as file:
             content = file.read(max_bytes + 1)

@@ -11,6 +11,7 @@ import numpy as np
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
+from slider_drilling.files.paths import as_path
 from slider_drilling.log.find_nulls import mask_shared_nulls
 from slider_drilling.log.import_record import RECORD, ImportRecord
 from slider_drilling.log.interleaved import keep_one_of_interleaved
@@ -50,9 +51,10 @@ def read_log(
     Raises:
         InputError: The file is missing, is no log, has no topic of a rig, or holds two runs or two publishers.
     """
-    source = printable(str(path))
+    given = as_path(path, "log")
+    source = printable(str(given))
     try:
-        return _read(Path(path), source, rig_path, namespace, NO_TOPICS if topics is None else read_topic_map(topics))
+        return _read(given, source, rig_path, namespace, NO_TOPICS if topics is None else read_topic_map(topics))
     except InputError as error:
         # The message may hold names of topics and types of any log.
         raise InputError(printable(str(error))) from None

@@ -100,6 +100,8 @@ class Rig:
         Raises:
             InputError: Naming key, value and range of what a rig file could not hold.
         """
+        if not isinstance(changes, Mapping | None):
+            raise InputError(f"rig: changes: {type(changes).__name__}; give a dict of keys and values")
         return rig_from_tree(apply_changes(rig_tree(self), {**(changes or {}), **blocks}, "rig"))
 
     def __repr__(self) -> str:

@@ -6,13 +6,13 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
+from slider_drilling.files.paths import as_path
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.rig import parse_rig
 from slider_drilling.table_import.build_log import build_log
@@ -87,7 +87,7 @@ def import_table(
     Raises:
         InputError: A cell is no number, times go back, or a unit is missing; the message names file, line and column.
     """
-    table_path = Path(path)
+    table_path = as_path(path, "table")
     rig_text = read_text(rig_path, "rig file") if rig_path is not None else None
     found = Findings()
     if mapping_path is not None:
