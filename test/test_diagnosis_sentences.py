@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
+from diagnosis_example import DEG, inconclusive, shaped, worn_motor
 
-from slider_drilling.diagnosis.figures import intervals, waterfall
-from slider_drilling.diagnosis.page import report_page, whole_run_rows
-from slider_drilling.diagnosis.ranking_table import (
-    CLOSES,
-    GAP_AFTER,
-    OTHER_RUNS,
-    candidate_status_by_number,
-    format_share,
-    share_cells,
-    share_headers,
-)
+from slider_drilling.diagnosis.page import report_page
+from slider_drilling.diagnosis.ranking_table import format_share
 from slider_drilling.diagnosis.result import (
     ChannelErrors,
-    ChannelNoise,
-    ChannelTrace,
-    ClosedShare,
     Diagnosis,
     FittedParameter,
-    Gap,
     RankedEffect,
-    ResidualShape,
 )
-from slider_drilling.diagnosis.rig_source import RigSource
 from slider_drilling.diagnosis.sentences import (
     closed_in_words,
     model_error_allowed,
@@ -39,61 +22,8 @@ from slider_drilling.diagnosis.sentences import (
     summary,
     technical_summary,
 )
-from slider_drilling.files.installed_files import installed_file
-from slider_drilling.gap import criteria_table
-from slider_drilling.gap.results.breakdown import GapBreakdown
-from slider_drilling.gap.results.whole_runs import WholeRunErrors
-from slider_drilling.log import RigLog
-from slider_drilling.log_checks import LogChecks, LogIssue
 from slider_drilling.pages import page_html
-from slider_drilling.rig import load_rig
 from slider_drilling.units import FIELD, SI, Sentence
-
-RIG = load_rig(installed_file("config/rig.example.yaml"))
-SOURCE = RigSource("own.yaml", "given", "b/own.yaml")
-DEG = math.pi / 180.0
-
-
-def inconclusive(*issues: str) -> Diagnosis:
-    """A diagnosis that ended with the checks of its log."""
-    checks = LogChecks(RigLog("a/run.mcap", 0), tuple(LogIssue("uninformative", "top_drive", text) for text in issues))
-    return Diagnosis(("a/run.mcap",), RIG, SOURCE, (checks,), "inconclusive")
-
-
-def worn_motor() -> Diagnosis:
-    """A motor that gives 24 % less torque per pressure, with two other candidates."""
-    motor = RankedEffect("motor_wear", "motor", True, True, (), 0.92, (0.64, 0.97), {
-        "motor_wear.torque_loss": FittedParameter(0.24, "-", 0.0, (0.21, 0.27)),
-        "motor_wear.extra_leak": FittedParameter(0.0, "-", 0.0),
-    }, ())  # fmt: skip
-    other = RankedEffect("formation_change", "bit", True, False, ("motor_wear explains it better",), 0.4, (-2.0, 0.5), {
-        "formation_change.factor": FittedParameter(0.8, "-", 1.0),
-        "formation_change.time": FittedParameter(3.0, "s", 200.0),
-    }, ())  # fmt: skip
-    screened = RankedEffect("heave", "draw_works", False, False, ("not fitted",), None, None, {}, ())
-    gap = Gap(
-        9.0, 8.0, 1.1, 0.92, (0.64, 0.97), 1.2,
-        {"tool_face": ChannelNoise(0.02, 0.02, "rad", "declared"),
-         "hook_load": ChannelNoise(4e3, 3e3, "N", "differences")},
-        {"tool_face": ChannelErrors("rad", 130.0 * DEG, 118.0 * DEG, 3.0 * DEG),
-         "hook_load": ChannelErrors("N", 9e3, 8e3, 4e3)},
-    )  # fmt: skip
-    time = np.arange(0.0, 40.0, 0.1)
-    stages = {"nominal": np.cos(time), "tuned": 0.5 * np.cos(time), "with_effect": np.sin(time)}
-    errors = {stage: {"tool_face": 0.1, "hook_load": 2e3} for stage in stages}
-    return Diagnosis(
-        ("a/run.mcap",), RIG, SOURCE, (), "effect", "motor", ("motor_wear",), gap=gap, ranking=(motor, other, screened),
-        breakdown=GapBreakdown({"tool_face": 0.9, "hook_load": 0.1}, {"still": 1.0}, {"above": 1.0},
-                               [{"from": 0.0, "to": 40.0, "share": 1.0}],
-                               [{"from": 0.0, "to": 900.0, "share": 1.0, "change": 0.3}]),
-        tuned_parameters={"friction_1": FittedParameter(1.12, "-", 1.0),
-                          "motor_wear.torque_loss": FittedParameter(0.24, "-", 0.0)},
-        whole_run_errors=WholeRunErrors(0.5, errors, errors, errors, {"nominal": 0, "tuned": 9, "with_effect": 11},
-                                        {}, (), SimpleNamespace(), {}),
-        traces=(ChannelTrace(0, "tool_face", "rad", time, np.sin(time), stages, 20.0),
-                ChannelTrace(0, "hook_load", "N", time, np.sin(time), stages, 20.0)),
-        runtime=12.0,
-    )  # fmt: skip
 
 
 def says(diagnosis: Diagnosis) -> str:
@@ -146,34 +76,6 @@ def test_unknown_closed_share_has_no_percentage():
     assert format_share(replace(diagnosis.ranking[0], closed=None, interval=None)) == "-"
 
 
-def test_other_runs_have_a_column_with_several_runs():
-    diagnosis = worn_motor()
-    in_others = replace(diagnosis.ranking[0], other_runs=ClosedShare(0.71, (0.5, 0.83)))
-    several = replace(diagnosis, ranking=(in_others, *diagnosis.ranking[1:]))
-    headers = share_headers(several.ranking)
-    assert headers == (CLOSES, OTHER_RUNS)
-    assert [share_cells(ranked, headers) for ranked in several.ranking] == [
-        ("0.92 [0.64, 0.97]", "0.71 [0.50, 0.83]"), ("0.40 [-2.00, 0.50]", "-"), ("-", "-"),
-    ]  # fmt: skip
-    assert f'data-head="{OTHER_RUNS}"' in page_html(report_page(several), SI)
-    assert f'data-head="{OTHER_RUNS}"' not in page_html(report_page(diagnosis), SI)
-    assert share_headers(diagnosis.ranking) == (CLOSES,)
-
-
-def test_effect_found_second_names_the_gap_it_closes():
-    diagnosis = worn_motor()
-    second = replace(diagnosis.ranking[1], known_before=("motor_wear",))
-    headers = share_headers((diagnosis.ranking[0], second))
-    assert headers == (CLOSES, GAP_AFTER)
-    assert share_cells(diagnosis.ranking[0], headers)[1] == "calibration"
-    assert share_cells(second, headers)[1] == "motor wear"
-    chart = intervals((diagnosis.ranking[0], second))
-    assert chart is not None
-    assert chart.panels[0].marks[0].x == ("motor wear", "formation change after motor wear")
-    assert "gap that this effect leaves" in chart.caption
-    assert "gap that this effect leaves" not in intervals(diagnosis.ranking).caption
-
-
 def test_more_than_all_is_the_whole_gap():
     assert closed_in_words(1.02, (1.01, 1.03)) == "the whole gap is closed"
     assert closed_in_words(0.97, (0.9, 1.01)) == "97 % [90, 101] of the gap is closed"
@@ -183,11 +85,6 @@ def test_unknown_states_channel_and_site():
     text = says(replace(worn_motor(), verdict="unknown", site="hydraulics", effects=(), ranking=()))
     assert "118 deg of toolface" in text
     assert "the hydraulics" in text
-
-
-def shaped(of: str) -> ResidualShape:
-    time = 60.0 * np.arange(3.0)
-    return ResidualShape(of, "pressure lost over time", time, 2e5 * np.arange(3.0), "s", "Pa")
 
 
 def test_residual_shape_is_described_with_its_numbers():
@@ -286,61 +183,6 @@ def test_parameter_is_named_only_if_the_log_determines_it(interval, named):
     assert ("loses 50 % more of its speed" in text) == named
 
 
-def test_page_begins_with_the_summary_and_marks_only_the_answer():
-    html = page_html(report_page(worn_motor()), SI)
-    headline = html.index("The motor gives 24 % less torque")
-    assert headline < html.index(technical_summary(worn_motor()).partition("(")[0])
-    assert html.count('class="tag good"') == 1
-    assert "passed" in html
-    assert "own.yaml (given)" in html
-    assert "118 deg" in html
-    assert "heave: not fitted." in html
-    assert "klbf" in page_html(report_page(worn_motor()), FIELD)
-
-
-def test_page_ends_with_the_criteria_table():
-    section = report_page(worn_motor()).sections[-1]
-    assert section.title == "What an effect must pass before it is named" and section.collapsed
-    (table,) = section.items
-    assert table.rows == tuple(tuple(row) for row in criteria_table())
-
-
-def test_interval_of_the_answer_lies_on_the_axis():
-    diagnosis = worn_motor()
-    best = replace(diagnosis.ranking[0], closed=0.9, interval=(-0.9, 1.3))
-    chart = intervals((best, diagnosis.ranking[1]))
-    assert chart is not None
-    (bars,) = chart.panels[0].marks
-    assert chart.x_limits is not None
-    assert chart.x_limits[0] < -0.9 < 1.3 < chart.x_limits[1]
-    assert bars.base[0] == pytest.approx(-0.9)
-    assert "←" not in bars.text[0]
-    assert bars.text[1] == "← 0.40 [-2.00, 0.50]"
-    assert bars.base[1] == pytest.approx(-0.9)
-    assert bars.colours == ("green", "grey")
-    assert intervals(diagnosis.ranking[2:]) is None
-
-
-def test_bar_below_the_null_threshold_is_explained():
-    gap = worn_motor().gap
-    assert gap.threshold is not None
-    within = replace(gap, tuned=0.9 * gap.threshold)
-    assert "E does not decide" in waterfall(within, named=True).caption
-    assert "E does not decide" not in waterfall(within).caption
-    assert "E does not decide" not in waterfall(replace(gap, tuned=1.1 * gap.threshold), named=True).caption
-    assert waterfall(replace(gap, threshold=None)).caption == ""
-
-
-def test_errors_of_fitted_and_unfitted_parts_are_separate():
-    headers, rows = whole_run_rows(worn_motor())
-    assert headers[:2] == ("part", "channel")
-    assert rows[0][2:] == (0, 9, 11)
-    assert [row[0] for row in rows[1:]] == [
-        "first 50 %, fitted", "first 50 %, fitted", "the rest, not fitted", "the rest, not fitted",
-        "whole log", "whole log",
-    ]  # fmt: skip
-
-
 def test_invisible_fall_of_the_error_is_not_named():
     diagnosis = worn_motor()
     rms = {name: replace(errors, with_effect=0.9999 * errors.tuned) for name, errors in diagnosis.gap.rms.items()}
@@ -395,13 +237,6 @@ def test_small_cause_explains_the_rest():
     small = replace(diagnosis, verdict="parameters", effects=(), small_cause="motor_wear", gap=gap)
     assert says(small).endswith("than the file says: that explains the rest, and is too small to act on.")
     assert "motor_wear, too small to act on, explains the rest" in technical_summary(small)
-
-
-def test_narrow_table_numbers_its_reasons():
-    diagnosis = worn_motor()
-    reasons = ["other", "not fitted"]
-    assert candidate_status_by_number(diagnosis.ranking[0], reasons) == "in the answer"
-    assert candidate_status_by_number(diagnosis.ranking[2], reasons) == "not (2)"
 
 
 @pytest.mark.parametrize("verdict", ["none", "parameters", "effect", "effect_and_unknown", "unknown"])

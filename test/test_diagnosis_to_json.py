@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-from test_diagnosis_sentences import inconclusive, shaped, worn_motor
+from diagnosis_example import inconclusive, shaped, worn_motor
 
 from slider_drilling.diagnosis.to_json import to_json
 

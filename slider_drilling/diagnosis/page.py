@@ -93,7 +93,9 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
     about = _ABOUT_E if diagnosis.change is None else _ABOUT_E_OF_CHANGE
     stages = waterfall(gap, bool(diagnosis.effects), diagnosis.stage_names)
     items: list[Text | Chart | Table] = [about, *_feedback(diagnosis), stages, _channels(diagnosis, gap)]
-    items += [text for text in (model_error_allowed(diagnosis),) if text is not None]
+    allowed = model_error_allowed(diagnosis)
+    if allowed is not None:
+        items.append(allowed)
     items += _whole_runs(diagnosis)
     title = "How large the gap is" if diagnosis.change is None else "How large the difference is"
     return [Section(title, (*items, *prediction_horizon(diagnosis)))]

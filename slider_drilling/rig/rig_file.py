@@ -35,6 +35,7 @@ from slider_drilling.rig.parts import (
 )
 from slider_drilling.schema.changes import apply_changes
 from slider_drilling.schema.fields import NumberField, build_dataclass, not_in_file, number_fields, to_tree
+from slider_drilling.schema.option_types import check_argument
 from slider_drilling.schema.yaml_tree import parse_yaml
 
 SCHEMA = "slider_drilling/rig/1"
@@ -100,8 +101,7 @@ class Rig:
         Raises:
             InputError: Naming key, value and range of what a rig file could not hold.
         """
-        if not isinstance(changes, Mapping | None):
-            raise InputError(f"rig: changes: {type(changes).__name__}; give a dict of keys and values")
+        check_argument(changes, Mapping | None, "rig: changes")
         return rig_from_tree(apply_changes(rig_tree(self), {**(changes or {}), **blocks}, "rig"))
 
     def __repr__(self) -> str:
