@@ -116,12 +116,16 @@ class BackgroundDiagnosis:
             time.sleep(_POLLED_S)
         return None
 
-    def close(self) -> None:
-        """End the process, if there is one, and remove its files."""
+    def end(self) -> None:
+        """End the process, if there is one, without its reply."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
             self._process = None
+
+    def close(self) -> None:
+        """End the process, and remove its files."""
+        self.end()
         self._folder.cleanup()
 
     def _paths(self) -> tuple[Path, Path]:

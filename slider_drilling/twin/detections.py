@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.channels import COMPARED
 from slider_drilling.twin.detector import Alarm
 from slider_drilling.twin.features import FEATURES
+from slider_drilling.twin.regular_checks import ConfirmedChange
 from slider_drilling.twin.report import Detection
 
 _SAME_S = 120.0  # after a detection, in which other channels show the same change
@@ -63,20 +65,41 @@ class DetectionLog:
                 shown.alarm = alarm
                 self.change(_described(alarm, shown.detection))
             return False
-        number = len(self.detections) + 1
         change = alarm.change
         detection = Detection(
-            number, alarm.time, change.since, change.interval, alarm.channel, "", change.kind, change.size, ""
-        )
-        self.detections.append(detection)
-        self._open.append(_Open(detection, alarm, {(alarm.channel, alarm.kind)}))
-        self.change(_described(alarm, detection))
+            len(self.detections) + 1, alarm.time, change.since, change.interval, alarm.channel, "", change.kind,
+            change.size, "",
+        )  # fmt: skip
+        self._add(_described(alarm, detection), alarm)
         return True
+
+    def take_confirmed(self, found: ConfirmedChange, dated: FeatureChange | None, now: float) -> Detection:
+        """Take a change that regular checks have found at a time, s, as a new detection.
+
+        Args:
+            found: The change.
+            dated: What a feature shows of it, None if none does.
+            now: s.
+        """
+        low, high = found.interval
+        since, interval = (0.5 * (low + high), (low, high)) if dated is None else (dated.since, dated.interval)
+        compared = COMPARED[found.channel]
+        detection = Detection(
+            len(self.detections) + 1, now, since, interval, found.channel, compared.sensor_site, found.kind,
+            found.size, f"two regular checks name the same change, mostly in the {compared.title}",
+        )  # fmt: skip
+        change = FeatureChange(0.0, since, interval, found.kind, found.size, in_operation=False)
+        self._add(detection, Alarm(now, found.channel, "mean", change))
+        return detection
 
     def settled_change(self, now: float) -> float | None:
         """The time (s) of a change whose refinement is over: until then the past can be forgotten. None without one."""
         last = self.detections[-1] if self.detections else None
         return None if last is None or now - last.detected <= _REFINED_S else last.since
+
+    def _add(self, detection: Detection, alarm: Alarm) -> None:
+        self.detections.append(detection)
+        self._open.append(_Open(detection, alarm, {(alarm.channel, alarm.kind)}))
 
     def change(self, detection: Detection) -> None:
         """Replace the detection of the same number."""

@@ -22,6 +22,8 @@ MEMORY_S = 1800.0
 _OFF_BOTTOM_MEMORY_S, _MOST_VALUES = 14400.0, 360
 _CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
+_DATES = 5.0  # evidence of a feature from which it dates what a diagnosis has found
+
 Key = tuple[str, str, str]
 """Kind of work (`wander.comparisons`), channel and kind of a feature."""
 
@@ -126,6 +128,12 @@ class ChangeDetector:
         if wander is None or not self._series[key]:
             return None
         return likeliest_change(self.series(key), self.uncertain, wander)
+
+    def dated(self, low: float, high: float) -> FeatureChange | None:
+        """The most evident change of a feature that began between two times, s; None if none is evident."""
+        found = [change for key in self._series if (change := self.change(key)) is not None]
+        within = [each for each in found if low <= each.since <= high and each.evidence >= _DATES]
+        return max(within, key=lambda each: each.evidence, default=None)
 
     def series(self, key: Key) -> FeatureSeries:
         """What is kept of a feature, one value or more."""

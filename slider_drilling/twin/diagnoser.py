@@ -3,22 +3,56 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
-from slider_drilling.twin.agreement import DiagnosesOfChange
+from slider_drilling.twin.agreement import DiagnosedChange, DiagnosesOfChange
 from slider_drilling.twin.ask import Ask, Windows, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
+from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.recorded_log import recorded_log
+from slider_drilling.twin.regular_checks import RECENT_S, ConfirmedChange, RegularChecks
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
 
 ASKED_AFTER_S = (20.0, 60.0, 110.0, 160.0, 300.0, 460.0)  # after a detection; each answer replaces the one before
-_RECENT_S = 300.0  # that are compared with what was before, where nothing was detected
+
+
+@dataclass(frozen=True)
+class AnsweredQuestion:
+    """A question and what came of it.
+
+    Attributes:
+        number: Of the detection that it was about, or that it made as a regular check; None without one.
+        answered: s, when the answer came.
+        change: What the diagnoses of that detection say with this one; None without an answer.
+        reply: Of the process that was asked.
+    """
+
+    number: int | None
+    answered: float
+    change: DiagnosedChange | None
+    reply: Reply
+
+
+@dataclass(frozen=True)
+class _Open:
+    """The question that is open.
+
+    Attributes:
+        asked: s.
+        number: Of the detection that it is about, None if about none.
+        regular: Whether it is a regular check.
+    """
+
+    asked: float
+    number: int | None
+    regular: bool = False
 
 
 class Diagnoser:
@@ -31,21 +65,27 @@ class Diagnoser:
         log: The detections.
         replayed: The samples are of the past: a reply is waited for, and held until the time at which it would have
             come beside the rig. How busy this machine is then changes nothing.
+        check_every: s between two regular checks; 0 for none.
+        dated: What features show of a change that began between two times, s; None where they show nothing.
+        told: Called with every question that is answered.
 
     Attributes:
-        answer: The latest, as JSON; None before the first.
+        answer: The latest, as JSON; None before the first. A regular check counts once the next one confirms it.
         answered: s, when it came; None before.
         error: Why the last question has no answer; None if it has one.
+        checks: The regular checks.
     """
 
     def __init__(
-        self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog, replayed: bool = False
-    ) -> None:
-        self._replayed = replayed
+        self, ask: Ask | None, rig: Rig, buffers: Mapping[str, SampleBuffer], log: DetectionLog, replayed: bool = False,
+        check_every: float = 0.0, dated: Callable[[float, float], FeatureChange | None] = lambda low, high: None,
+        told: Callable[[AnsweredQuestion], None] = lambda question: None,
+    ) -> None:  # fmt: skip
+        self._replayed, self._dated, self._told = replayed, dated, told
         self._ask, self._rig, self._buffers, self._log = ask, rig, buffers, log
+        self.checks = RegularChecks(check_every)
         self._background: BackgroundDiagnosis | None = None
-        self._asked_for: int | None = None
-        self._asked_at = 0.0  # s
+        self._open: _Open | None = None
         self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
@@ -56,27 +96,25 @@ class Diagnoser:
 
     @property
     def asking(self) -> bool:
-        """Whether a question is open."""
-        return self._held is not None or (self._background is not None and self._background.running)
+        """Whether a question is open that somebody waits for: a regular check gives way to any other."""
+        return self._open is not None and not self._open.regular
 
     def detected(self, detection: Detection) -> None:
-        """Plan the questions about a new detection."""
+        """Plan the questions about a new detection; the rig as it was is then what it is after the change."""
         self._due += [(detection.detected + after, detection.number) for after in ASKED_AFTER_S]
+        self.checks.begin(detection.detected + ASKED_AFTER_S[-1])
 
     def update(self, now: float) -> None:
         """Take an answer that has come, and ask what is due; waits in a replay only."""
-        if self._held is not None and self._held.comes_at(self._asked_at) <= now:
-            self._take(self._held, now)
-        elif self._held is None and self._background is not None:
+        if self._held is not None and self._open is not None:
+            if self._held.comes_at(self._open.asked) <= now:
+                self._take(self._held, now)
+        elif self._background is not None:
             reply = self._background.poll()
             if reply is not None:
                 self._take(reply, now)
         if not self.asking:
-            due = [entry for entry in self._due if entry[0] <= now]
-            if due:
-                # Only the latest question of the latest detection still matters.
-                self._due = [entry for entry in self._due if entry[0] > now]
-                self._start(self._log.detections[max(number for _, number in due) - 1], now)
+            self._ask_what_is_due(now)
 
     def ask_now(self, now: float) -> None:
         """Ask about the last detection, or without one about everything recorded.
@@ -95,54 +133,91 @@ class Diagnoser:
         self._start(last, now)
 
     def take_held_reply(self) -> None:
-        """Take the reply that comes after the end of a replay."""
-        if self._held is not None:
-            self._take(self._held, self._held.comes_at(self._asked_at))
+        """Take the reply that comes after the end of a replay; a regular check is of no use any more."""
+        if self._held is not None and self._open is not None and not self._open.regular:
+            self._take(self._held, self._held.comes_at(self._open.asked))
 
     def close(self) -> None:
         """End what is still being asked."""
         if self._background is not None:
             self._background.close()
 
+    def _ask_what_is_due(self, now: float) -> None:
+        due = [entry for entry in self._due if entry[0] <= now]
+        if due:
+            # Only the latest question of the latest detection still matters.
+            self._due = [entry for entry in self._due if entry[0] > now]
+            self._start(self._log.detections[max(number for _, number in due) - 1], now)
+        elif self._open is None and self._ask is not None:
+            windows = self.checks.due(now)
+            if windows is not None:
+                before = self.checks.baseline or recorded_log(self._buffers, self._rig, *windows.before)
+                self._put(_Open(now, None, regular=True), before, windows.after, None)
+
     def _start(self, detection: Detection | None, now: float) -> None:
         if self._ask is None:
             return
-        self._background = self._background or BackgroundDiagnosis()
         windows = self._windows(detection, now)
         number = None if detection is None else detection.number
         baseline, known_for, end = self._baseline
         if baseline is None or known_for != number or end > windows.before[1]:
             baseline, end = None, windows.before[1]
+        self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
-        after = recorded_log(self._buffers, self._rig, windows.after, now)
-        self._asked_for, self._asked_at, self._baseline = number, now, (baseline, number, end)
-        channel = None if detection is None else detection.channel
+        self._put(_Open(now, number), before, windows.after, None if detection is None else detection.channel)
+
+    def _put(self, question: _Open, before: RigLog | PickledBaseline, after: float, channel: str | None) -> None:
+        """Ask in the other process about the samples since a time, s."""
+        assert self._ask is not None
+        self._background = self._background or BackgroundDiagnosis()
+        self._background.end()
+        self._open, self._held = question, None
+        later = recorded_log(self._buffers, self._rig, after, question.asked)
         if not self._replayed:
-            self._background.start(Question(self._ask, before, after, self._rig, channel))
+            self._background.start(Question(self._ask, before, later, self._rig, channel))
             return
-        self._background.start(Question(self._ask, before, after, self._rig, channel, nice=0))
+        self._background.start(Question(self._ask, before, later, self._rig, channel, nice=0))
         self._held = self._background.wait()
 
     def _windows(self, detection: Detection | None, now: float) -> Windows:
         """What to compare for a detection; without one, the recent past with what was before."""
         times = self._buffers["top_drive_angle"].time
         started = float(times[0]) if times.size else now
-        middle = now - min(_RECENT_S, 0.5 * (now - started))
+        middle = now - min(RECENT_S, 0.5 * (now - started))
         interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
         return windows_of_change(interval, seen, started, now)
 
     def _take(self, reply: Reply, now: float) -> None:
-        self._held, self.error = None, reply.error
-        if reply.tree is None:
-            return
-        answer = reply.tree
-        self._baseline = (reply.baseline, *self._baseline[1:])
-        self.answer, self.answered = answer, now
-        if self._asked_for is None:
-            return
-        detection = self._log.detections[self._asked_for - 1]
-        change = self._diagnosed[self._asked_for].take(answer)
+        assert self._open is not None
+        question, self._open, self._held = self._open, None, None
+        number, change = question.number, None
+        if question.regular:
+            confirmed = self.checks.take(reply, question.asked)
+            if confirmed is not None:
+                number, change = self._take_confirmed(confirmed, now)
+        else:
+            self.error = reply.error
+            if reply.tree is not None:
+                self._baseline = (reply.baseline, *self._baseline[1:])
+                change = self._note_answer(number, reply.tree, now)
+        self._told(AnsweredQuestion(number, now, change, reply))
+
+    def _take_confirmed(self, confirmed: ConfirmedChange, now: float) -> tuple[int, DiagnosedChange | None]:
+        """Make what two regular checks name a detection; its number, and what they say."""
+        detection = self._log.take_confirmed(confirmed, self._dated(*confirmed.interval), now)
+        self.detected(detection)
+        changes = [self._note_answer(detection.number, tree, now) for tree in confirmed.answers]
+        return detection.number, changes[-1]
+
+    def _note_answer(self, number: int | None, tree: dict[str, Any], now: float) -> DiagnosedChange | None:
+        """Keep an answer; with a detection of this number what all its diagnoses say."""
+        self.answer, self.answered = tree, now
+        if number is None:
+            return None
+        detection = self._log.detections[number - 1]
+        change = self._diagnosed[number].take(tree)
         self._log.change(replace(
             detection, effects=change.effects, suspected=change.suspected, verdict=change.verdict, answered=now,
             site=change.site or detection.site,
         ))  # fmt: skip
+        return change

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -20,12 +20,12 @@ from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity, ActivityMonitor
 from slider_drilling.twin.ask import Ask
-from slider_drilling.twin.change_statistic import Uncertainty
+from slider_drilling.twin.change_statistic import FeatureChange, Uncertainty
 from slider_drilling.twin.channels import CHANNELS, COMPARED, SURFACE, declared_noise
 from slider_drilling.twin.comparison import Comparison
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm, ChangeDetector
-from slider_drilling.twin.diagnoser import Diagnoser
+from slider_drilling.twin.diagnoser import AnsweredQuestion, Diagnoser
 from slider_drilling.twin.features import Feature, features
 from slider_drilling.twin.follower import Followed, Follower
 from slider_drilling.twin.forecast import ToolFaceSkill, make_forecast
@@ -59,6 +59,7 @@ class Twin:
         ask: Asked in a process of its own after a detection; None for no diagnosis.
         replayed: The samples are of the past. `advance` waits for a diagnosis, whose answer comes as late as it would
             beside the rig, by its processor time.
+        told: Called with every question that is answered.
 
     Attributes:
         report: The latest; None before the first second.
@@ -68,8 +69,9 @@ class Twin:
     """
 
     def __init__(
-        self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None, replayed: bool = False
-    ) -> None:
+        self, rig: Rig, settings: TwinSettings = TwinSettings(), ask: Ask | None = None, replayed: bool = False,
+        told: Callable[[AnsweredQuestion], None] = lambda question: None,
+    ) -> None:  # fmt: skip
         self.rig, self.settings = rig, settings
         self._buffers = new_buffers(settings.kept)
         self._motion = DriveMotion(rig, self._buffers, settings.patience)
@@ -79,7 +81,9 @@ class Twin:
         self._activity = ActivityMonitor(rig)
         self._history = History(_HISTORY_S)
         self._log = DetectionLog()
-        self._diagnoser = Diagnoser(ask, rig, self._buffers, self._log, replayed)
+        self._diagnoser = Diagnoser(
+            ask, rig, self._buffers, self._log, replayed, settings.check_every, self._dated, told
+        )
         self._left_out = LeftOut()
         self._integrated: set[str] = set()  # positions that are integrals of speeds
         self._block: BlockFromPressure | None = None
@@ -87,6 +91,7 @@ class Twin:
         self._learner: Learner | None = None
         self.detector: ChangeDetector | None = None
         self._circulation = self._first_detector()
+        self._recalibrated = -math.inf  # s, when the rig began to be learnt anew
         self._changed = False  # since the rig was learnt: the gap is no longer what is usual
         self._compared = False  # whether a change could have shown so far
         self._next = math.nan  # s, the first grid time that is not simulated yet
@@ -176,7 +181,7 @@ class Twin:
         """Simulate every second whose samples have arrived; returns a report for each."""
         reports = self._advance(self._motion.known_until())
         if not reports and self.report is not None:
-            self._diagnoser.update(self._motion.newest)
+            self._update_diagnoses(self._motion.newest)
         return reports
 
     def latest_report(self) -> TwinReport | None:
@@ -197,6 +202,8 @@ class Twin:
         self._learner = self.detector = None
         self._circulation = self._first_detector()
         self._changed = False
+        self._recalibrated = self._motion.newest
+        self._diagnoser.checks.begin(math.inf)
         self._history.clear()
 
     def ask_diagnosis(self) -> None:
@@ -249,11 +256,12 @@ class Twin:
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled, activity.drilling)):
             self._history.clear()
             self.detector = self._new_detector(learner)
+            self._diagnoser.checks.begin(max(self._motion.started, self._recalibrated))
         now = float(grid[-1])
         usual = learner.learnt and activity.comparable and not self._changed
         self._comparison.update(self._history, learner.values, now, usual)
         self._look_for_changes(activity, now)
-        self._diagnoser.update(now)
+        self._update_diagnoses(now)
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
@@ -353,6 +361,15 @@ class Twin:
             if alarm is not None and self._log.take(replace(alarm, time=now)):
                 self._changed = True
                 self._diagnoser.detected(self._log.detections[-1])
+
+    def _update_diagnoses(self, now: float) -> None:
+        """Take answers and ask; what regular checks have found is a detection, too."""
+        known = len(self._log.detections)
+        self._diagnoser.update(now)
+        self._changed |= len(self._log.detections) > known
+
+    def _dated(self, low: float, high: float) -> FeatureChange | None:
+        return None if self.detector is None else self.detector.dated(low, high)
 
     def _features(self, period: float, now: float, values: Array) -> list[Feature]:
         end = now - self.settings.patience

@@ -12,18 +12,13 @@ from typing import Any
 from slider_drilling.blind.slides.forecasts import ForecastErrors, ForecastLog
 from slider_drilling.campaign.job import Job
 from slider_drilling.log import RigLog, read_log
-from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin import Detection, Twin, diagnose_after
-from slider_drilling.twin.agreement import DiagnosesOfChange
-from slider_drilling.twin.ask import windows_of_change
-from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
-from slider_drilling.twin.diagnoser import ASKED_AFTER_S
+from slider_drilling.twin.diagnoser import AnsweredQuestion
 from slider_drilling.twin.feed import LogFeed
 from slider_drilling.twin.watch import reports_of
 
 NAMED_WITHIN_S = 180.0
 """Time after a detection within which an answer counts."""
-_ASKED_DETECTIONS = 2  # of one slide; each costs some diagnoses
 
 
 @dataclass(frozen=True)
@@ -108,86 +103,42 @@ def watch_sealed(job: Job) -> dict[str, Any]:
 
 
 def watch_slide(log: RigLog, diagnose: bool = True) -> WatchedSlide:
-    """Run the twin over a log as if it came live; diagnoses are asked at the times at which the twin asks them."""
+    """Run the twin over a log as if it came live."""
     rig = log.rig()
-    twin, feed, forecasts = Twin(rig, ask=None), LogFeed(log), ForecastLog()
+    asked: list[AnsweredQuestion] = []
+    twin = Twin(rig, ask=diagnose_after if diagnose else None, replayed=True, told=asked.append)
+    feed, forecasts = LogFeed(log), ForecastLog()
     began, watched, last = clock.process_time(), 0, 0.0
-    known: list[tuple[Detection, ...]] = []  # second by second: dates of changes move while more is seen
     for report in reports_of(twin, feed):
-        known.append(report.detections)
         watched += report.state == "watching"
         last = report.time
         forecasts.add(report)
     cost = clock.process_time() - began
+    twin.take_held_answer()
     found = twin.latest_report()
-    detections = () if found is None else found.detections
     twin.close()
-    asked = detections[:_ASKED_DETECTIONS] if diagnose else ()
-    answered = [_with_answers(log, each, known, each in asked) for each in detections]
-    replies = [reply for _, own in answered for reply in own]
-    memory = _resident_bytes()
+    detections = () if found is None else found.detections
     return WatchedSlide(
-        Path(log.source).name, last, float(watched), tuple(each for each, _ in answered), cost / max(last, 1.0),
-        tuple(reply.cpu for reply in replies), memory, forecasts.errors(log, rig),
-        max((reply.peak for reply in replies), default=0),
+        Path(log.source).name, last, float(watched), tuple(_with_answers(each, asked) for each in detections),
+        cost / max(last, 1.0), tuple(each.reply.cpu for each in asked), _resident_bytes(), forecasts.errors(log, rig),
+        max((each.reply.peak for each in asked), default=0),
     )  # fmt: skip
 
 
-def _with_answers(
-    log: RigLog, detection: Detection, known: Sequence[tuple[Detection, ...]], asked: bool
-) -> tuple[WatchedDetection, list[Reply]]:
-    """A detection with its answers, and the replies of the processes that gave them.
-
-    Args:
-        log: The whole log.
-        detection: As it was known in the end.
-        known: All detections as they were known, one entry a second; the last is the end of the log.
-        asked: Whether there are answers.
-    """
-    answers: list[TwinAnswer] = []
-    replies: list[Reply] = []
-    diagnosed = DiagnosesOfChange()
-    baseline: PickledBaseline | None = None
-    first = next(second for second, all_then in enumerate(known) if len(all_then) >= detection.number)
-    for after in ASKED_AFTER_S if asked else ():
-        second = first + round(after)
-        if after >= NAMED_WITHIN_S or second >= len(known):
-            break
-        then, now = known[second][detection.number - 1], detection.detected + after
-        reply = _ask(log, then, now, baseline)
-        baseline = reply.baseline or baseline
-        replies.append(reply)
-        answers.append(_answer(reply, now, diagnosed))
-    low, high = detection.interval
-    watched = WatchedDetection(
-        detection.detected, detection.since, (low, high), detection.channel, detection.site, detection.kind,
+def _with_answers(detection: Detection, asked: Sequence[AnsweredQuestion]) -> WatchedDetection:
+    """A detection with the answers to the questions about it."""
+    answers = [_answer(each) for each in asked if each.number == detection.number]
+    return WatchedDetection(
+        detection.detected, detection.since, detection.interval, detection.channel, detection.site, detection.kind,
         tuple(answers),
     )  # fmt: skip
-    return watched, replies
 
 
-def _ask(log: RigLog, detection: Detection, now: float, baseline: PickledBaseline | None) -> Reply:
-    """Ask in a process of its own, as the twin does; baseline: of the question before about the same change."""
-    windows = windows_of_change(detection.interval, detection.detected, 0.0, now)
-    before = baseline or cut_time_window(log, *windows.before)
-    background = BackgroundDiagnosis()
-    try:
-        after = cut_time_window(log, windows.after, now)
-        background.start(Question(diagnose_after, before, after, log.rig(), detection.channel, nice=0))
-        reply = background.wait()
-    finally:
-        background.close()
-    assert reply is not None
-    return reply
-
-
-def _answer(reply: Reply, asked: float, diagnosed: DiagnosesOfChange) -> TwinAnswer:
-    """What the twin makes of a reply that was asked for at a time of the slide, s."""
-    answered = reply.comes_at(asked)
-    if reply.tree is None:
-        return TwinAnswer(answered, "failed", failure=reply.error or "")
-    change = diagnosed.take(reply.tree)
-    return TwinAnswer(answered, change.verdict, change.effects, change.group, change.suspected, change.site)
+def _answer(question: AnsweredQuestion) -> TwinAnswer:
+    change = question.change
+    if change is None:
+        return TwinAnswer(question.answered, "failed", failure=question.reply.error or "")
+    return TwinAnswer(question.answered, change.verdict, change.effects, change.group, change.suspected, change.site)
 
 
 def _resident_bytes() -> int:
