@@ -53,7 +53,7 @@ class TwinNode(ManagedNode):
     NAME = "twin"
     PARAMETERS = (
         RIG_PARAMETER,
-        NodeParameter("diagnose_changes", True, "ask for a diagnosis after a detection, in a process of its own"),
+        NodeParameter("diagnose_changes", True, "ask for diagnoses, after a detection and every 150 s without one"),
         NodeParameter("calibrated_rig", "calibrated_rig.yaml", "path that the service save_rig writes the rig file to"),
         NodeParameter("elements", _SETTINGS.elements, "of the simulated string", "-", *LIMITS["elements"]),
         NodeParameter("learning", _SETTINGS.learning, "undisturbed work after which the twin is calibrated and watches",
