@@ -18,6 +18,7 @@ _GROWING_S = 900.0  # for which a ramp may go on
 _REFINED_S = 240.0  # for which time and kind of a detection follow the data
 _BACK = (0.5, 2.0)  # of its size, by which a change that is over went back
 _MIN_EVENT_S = 15.0
+_NO_FEATURE = ""  # in the place of a feature's kind, where none shows the change
 _SITES = {
     ("surface_torque", "mean"): "sensor", ("surface_torque", "gain"): "contact", ("surface_torque", "lag"): "top_drive",
     ("surface_torque", "spread"): "contact", ("standpipe_pressure", "mean"): "hydraulics",
@@ -89,7 +90,7 @@ class DetectionLog:
             found.size, f"two regular checks name the same change, mostly in the {compared.title}",
         )  # fmt: skip
         change = FeatureChange(0.0, since, interval, found.kind, found.size, in_operation=False)
-        self._add(detection, Alarm(now, found.channel, "mean", change))
+        self._add(detection, Alarm(now, found.channel, _NO_FEATURE, change))
         return detection
 
     def settled_change(self, now: float) -> float | None:

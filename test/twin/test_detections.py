@@ -4,6 +4,7 @@ import pytest
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm
+from slider_drilling.twin.regular_checks import ConfirmedChange
 
 
 def _alarm(time, since, size=3.0, kind="step", channel="standpipe_pressure", evidence=20.0):
@@ -109,3 +110,28 @@ def test_return_that_is_seen_again_stays_one_event():
     log.take(_alarm(100.0, 80.0, size=4.0))
     assert not any(log.take(_alarm(300.0 + k, 280.0, size=-3.5)) for k in range(30))
     assert len(log.detections) == 1
+
+
+CONFIRMED = ConfirmedChange(({}, {}), (700.0, 1000.0), "surface_torque", "step", 4.0)
+
+
+def test_change_that_checks_find_is_a_detection_of_their_channel():
+    log = DetectionLog()
+    detection = log.take_confirmed(CONFIRMED, None, 1165.0)
+    assert log.detections == [detection] and detection.detected == 1165.0
+    assert (detection.since, detection.interval, detection.channel) == (850.0, (700.0, 1000.0), "surface_torque")
+
+
+def test_alarm_of_what_checks_have_found_dates_it():
+    log = DetectionLog()
+    log.take_confirmed(CONFIRMED, None, 1165.0)
+    assert not log.take(_alarm(1200.0, 960.0, channel="surface_torque"))
+    (detection,) = log.detections
+    assert (detection.since, detection.interval, detection.detected) == (960.0, (955.0, 965.0), 1165.0)
+
+
+def test_alarm_of_the_other_sign_does_not_end_what_checks_have_found():
+    log = DetectionLog()
+    log.take_confirmed(CONFIRMED, None, 1165.0)
+    assert log.take(_alarm(2000.0, 1950.0, size=-4.0, channel="surface_torque"))
+    assert [each.ended for each in log.detections] == [None, None]
