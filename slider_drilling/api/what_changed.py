@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -19,7 +20,8 @@ from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
-    from slider_drilling.twin.ask import Windows
+    from slider_drilling.twin import Detection
+    from slider_drilling.twin.ask import Ask, Windows
 
 
 @dataclass(frozen=True)
@@ -73,27 +75,40 @@ def parse_since(text: str | None) -> float | Literal["auto"] | None:
 
 
 def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Windows]:
-    """When a change began by the twin's change detection, run over the whole log, and what to compare for it.
+    """When a change began, by a twin that follows the whole log, and what to compare for it.
+
+    It asks its regular checks, which take longer, only where nothing else shows a change.
 
     Raises:
         InputError: It detects no change, or could detect none.
     """
-    from slider_drilling.twin import Twin
+    from slider_drilling.twin import diagnose_after
     from slider_drilling.twin.ask import windows_of_change
+
+    first, not_compared = _first_change(log, rig, None, lambda done: progress("looking for a change", 0.1 * done))
+    if first is None and not not_compared:
+        first, _ = _first_change(
+            log, rig, diagnose_after, lambda done: progress("looking for a change, by checks", 0.1 + 0.4 * done)
+        )
+    if first is not None:
+        windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
+        return Since(first.since, first.interval, True, windows.after, first.channel), windows
+    advice = f"{not_compared}, or" if not_compared else "no change detected; give"
+    raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
+
+
+def _first_change(
+    log: RigLog, rig: Rig, ask: Ask | None, progress: Callable[[float], None]
+) -> tuple[Detection | None, str]:
+    """The first change that a twin detects, if any, and why none could show."""
+    from slider_drilling.twin import Twin
     from slider_drilling.twin.feed import LogFeed
     from slider_drilling.twin.watch import reports_of
 
-    length = log.end
-    with contextlib.closing(Twin(rig, ask=None)) as twin:
+    with contextlib.closing(Twin(rig, ask=ask, replayed=True)) as twin:
         for report in reports_of(twin, LogFeed(log)):
-            progress("looking for a change", 0.5 * min(report.time / length, 1.0))
-        if twin.detections:
-            first = twin.detections[0]
-            windows = windows_of_change(first.interval, first.detected, 0.0, length)
-            since = Since(first.since, first.interval, True, windows.after, first.channel)
-            return since, windows
-        advice = f"{twin.not_compared}, or" if twin.not_compared else "no change detected; give"
-    raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
+            progress(min(report.time / log.end, 1.0))
+        return next(iter(twin.detections), None), twin.not_compared
 
 
 def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) -> Diagnosis:

@@ -7,13 +7,14 @@ import pytest
 from click.testing import CliRunner
 
 import slider_drilling as sd
+from slider_drilling.api import what_changed
 from slider_drilling.api.what_changed import find_since
 from slider_drilling.commands.watch import command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.log.write import LogWriter
 from slider_drilling.rig import dump_rig, load_rig
-from slider_drilling.twin import Twin, TwinSettings, learner, learning
+from slider_drilling.twin import Detection, Twin, TwinSettings, diagnose_after, learner, learning
 from slider_drilling.twin.needed_samples import ALWAYS_LEARNT_S
 
 NEVER = "the twin never finished learning the rig"
@@ -69,6 +70,28 @@ def test_since_auto_does_not_say_no_change_where_nothing_was_compared(never_lear
     with pytest.raises(InputError, match=f"since auto: .*{NEVER}") as caught:
         find_since(log, log.rig(), lambda what, share: None)
     assert "no change detected" not in str(caught.value)
+
+
+CHANGE = Detection(1, 1300.0, 1000.0, (950.0, 1050.0), "hook_load", "sensor", "step", 3.0, "")
+
+
+@pytest.mark.parametrize("shown_by", ["features", "checks", "nothing"])
+def test_since_auto_asks_checks_only_where_nothing_else_shows_a_change(make_log, monkeypatch, shown_by):
+    asked = []
+
+    def first_change(log, rig, ask, progress):
+        asked.append(ask)
+        shown = "features" if ask is None else "checks"
+        return (CHANGE if shown == shown_by else None), ""
+
+    monkeypatch.setattr(what_changed, "_first_change", first_change)
+    log = read_log(make_log(3.0, 10.0))
+    if shown_by == "nothing":
+        with pytest.raises(InputError, match="since auto: .*no change detected; give the time"):
+            find_since(log, log.rig(), lambda what, share: None)
+    else:
+        assert find_since(log, log.rig(), lambda what, share: None)[0].time == 1000.0
+    assert asked == ([None] if shown_by == "features" else [None, diagnose_after])
 
 
 def test_rig_that_was_not_learnt_is_not_saved(never_learnt, tmp_path):
