@@ -87,7 +87,7 @@ def test_since_auto_asks_checks_only_where_nothing_else_shows_a_change(make_log,
     monkeypatch.setattr(what_changed, "_first_change", first_change)
     log = read_log(make_log(3.0, 10.0))
     if shown_by == "nothing":
-        with pytest.raises(InputError, match="since auto: .*no change detected; give the time"):
+        with pytest.raises(InputError, match=r"since auto: .*no change detected; give the time"):
             find_since(log, log.rig(), lambda what, share: None)
     else:
         assert find_since(log, log.rig(), lambda what, share: None)[0].time == 1000.0
