@@ -105,6 +105,63 @@ channels:
         np.testing.assert_allclose(hook(read_table(unequal, written(tmp_path, mapping, name="m.yaml"))), values)
 
 
+@pytest.mark.parametrize(
+    ("units", "rows"),
+    [
+        ("klbf,kN", ("200,889.6", "210,934.1")),
+        ("kN,klbf", ("889.6443,200", "934.1265,210")),
+        ("klbf,kN", ("200,890", ",", "210,934")),
+        ("klbf,kdaN", ("200.0,88.96", "-999.25,-999.25", "210.0,93.41")),
+    ],
+)
+def test_equal_heads_with_equal_quantities_are_one(tmp_path: Path, units: str, rows: tuple[str, ...]) -> None:
+    body = "".join(f"{second},{row}\n" for second, row in enumerate(rows))
+    log = read_table(written(tmp_path, f"Time (s),HKLD,HKLD\n,{units}\n{body}"))
+    np.testing.assert_allclose(hook(log), [200, 210], rtol=1e-4)
+    first, other = units.split(",")
+    assert f"'HKLD' is there in {first} and in {other} with equal values: that in {first} is used" in log.notes
+
+
+@pytest.mark.parametrize("rows", [("200,889.6", "210,938.6"), ("200,889.6", ",934.1"), ("200,200", "210,210")])
+def test_equal_heads_with_other_quantities_are_refused(tmp_path: Path, rows: tuple[str, ...]) -> None:
+    body = "".join(f"{second},{row}\n" for second, row in enumerate(rows))
+    with pytest.raises(InputError, match="2 such columns"):
+        read_table(written(tmp_path, f"Time (s),HKLD,HKLD\n,klbf,kN\n{body}"))
+
+
+GERMAN = "Datum;Uhrzeit;Hakenlast [kN];Drehmoment [kNm];{};Drehzahl [1/min];{};Hubzahl;{};Teufe [m];Bitandruck [kN]\n"
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("Standrohrdruck [bar]", "Blockposition [m]", "Meißelteufe [m]"),
+     ("Pumpendruck (bar)", "Blockhöhe (m)", "Bohrmeißelteufe (m)"),
+     ("SPUELUNGSDRUCK [bar]", "BLOCKHOEHE [m]", "Meisseltiefe [m]")],
+)  # fmt: skip
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_german_heads_are_known(tmp_path: Path, names: tuple[str, ...], encoding: str) -> None:
+    body = "".join(f"03.04.2024;14:58:0{k};890,5;8,2;210,5;60;{20 - k},5;80;2510,5;2600,0;45,5\n" for k in range(4))
+    log = read_table(written(tmp_path, GERMAN.format(*names) + body, encoding))
+    top_drive, block, pump, pressure, bit = (
+        log.top_drive, log.draw_works, log.mud_pump, log.standpipe_pressure, log.bit_depth
+    )  # fmt: skip
+    assert top_drive is not None and block is not None and pump is not None and bit is not None
+    assert pressure is not None
+    np.testing.assert_allclose(top_drive.effort, 8200.0)
+    np.testing.assert_allclose(top_drive.velocity, 2.0 * np.pi)
+    np.testing.assert_allclose(block.effort, 890.5e3)
+    np.testing.assert_allclose(block.position, [0.0, 1.0, 2.0, 3.0])
+    np.testing.assert_allclose(pump.velocity, 80 * 2.0 * np.pi / 60.0)
+    np.testing.assert_allclose(pressure.value, 210.5e5)
+    np.testing.assert_allclose(bit.position, 2510.5)
+
+
+def test_german_pumps_are_added_up(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "Zeit [s];Pumpe 1 [1/min];Hubzahl Pumpe 2\n0;40;30\n1;40;30\n"))
+    assert log.mud_pump is not None
+    np.testing.assert_allclose(log.mud_pump.velocity, 70 * 2.0 * np.pi / 60.0)
+
+
 def test_a_unit_of_one_letter_ends_the_head_of_a_channel(tmp_path: Path) -> None:
     log = read_table(written(tmp_path, "time_s,hook_load_N,block_position_m,bit_depth_f\n0,200,10,1\n1,201,9,2\n"))
     assert log.draw_works is not None and log.bit_depth is not None

@@ -97,7 +97,7 @@ def import_table(
         if time_zone:
             mapping = replace(mapping, layout=replace(mapping.layout, time_zone=time_zone))
         mapping = _with_date_column(mapping, source, found)
-        mapping = check_columns(mapping, source)
+        mapping = check_columns(mapping, source, found, _delimiter(source))
         table = source.read(mapping.columns(), rows)
     else:
         source = open_table(table_path, None, wits_units)
@@ -105,7 +105,7 @@ def import_table(
         if time_zone:
             recognised.tree = {**recognised.tree, "time_zone": time_zone}
         mapping = recognised.mapping(printable(str(path)))
-        mapping = check_columns(mapping, source)
+        mapping = check_columns(mapping, source, found, _delimiter(source))
         table = source.read(mapping.columns(), rows)
         mapping = _with_unsigned(recognised, mapping, table, _delimiter(source), found)
         text = mapping_text(recognised.tree, printable(str(path)))
