@@ -166,6 +166,29 @@ def test_tally_from_the_surface_down_is_the_same(papers: tuple[Path, Path]) -> N
     assert read_tally(papers[1]).sections == expected.sections
 
 
+@pytest.mark.parametrize("name", ["5 in 19.50# S-135 NC50", "5 in 19.50# S-135 NC50, joint {}"])
+def test_equal_joints_are_one_section(papers: tuple[Path, Path], name: str) -> None:
+    before = read_tally(papers[1]).sections
+    lines = TALLY.splitlines()
+    lengths = [30.0 + 0.1 * (k % 5) for k in range(175)]
+    lengths.append(5310.0 - sum(lengths))
+    joints = [f"{5 + k},{name.format(k).replace(',', ' ')},5,4.276,21.9,{length:.3f},"
+              for k, length in enumerate(lengths)]  # fmt: skip
+    papers[1].write_text("\n".join([*lines[:-1], *joints]) + "\n")
+    tally = read_tally(papers[1])
+    assert [section.length for section in tally.sections] == pytest.approx([section.length for section in before])
+    assert tally.sections[1:] == before[1:] and tally.sections[0].make_up_torque == before[0].make_up_torque
+    assert any(note.startswith("176 equal items are one section of 1618.5 m") for note in tally.notes)
+    assert len(tally.notes) < 10
+
+
+def test_joints_of_another_weight_are_another_section(papers: tuple[Path, Path]) -> None:
+    papers[1].write_text(TALLY.replace("5,5 in 19.50# S-135 NC50,5,4.276,21.9,5310,6000.0",
+                                       "5,5 in 19.50# S-135 NC50,5,4.276,21.9,2000,\n"
+                                       "6,5 in 19.50# S-135 NC50,5,4.276,22.5,3310,"))  # fmt: skip
+    assert len(read_tally(papers[1]).sections) == 4
+
+
 def test_tables_fill_in_what_a_tally_lacks(tmp_path: Path) -> None:
     path = tmp_path / "tally.csv"
     path.write_text("Description,Length [m]\n8 1/2 in PDC bit,0.3\n6 3/4 in motor,9\n6 3/4 in NMDC,18\n"

@@ -95,8 +95,9 @@ def read_tally(path: Path, connection_torque: float | None = None) -> Tally:
     if not items:
         raise InputError(f"{path}: holds the bit alone; add the string above it")
     items[0] = _lengthened(items[0], bit)
+    items, joined = _joined(items)
     sections, merged = _merged(items)
-    notes = (*(note for item in items for note in item.notes), *merged)
+    notes = (*(note for item in items for note in item.notes), *joined, *merged)
     diameter = None if bit is None else _outer(bit, path)
     return Tally(sections, diameter, "" if bit is None else bit.texts["description"], tuple(dict.fromkeys(notes)))
 
@@ -241,6 +242,26 @@ def _lengthened(item: _Item, bit: TableRow | None) -> _Item:
     if bit is None:
         return item
     return replace(item, section=replace(item.section, length=item.section.length + bit.numbers["length"]))
+
+
+def _joined(items: Sequence[_Item]) -> tuple[list[_Item], list[str]]:
+    """Items with equal neighbours as one, such as the joints of a stretch of pipe, and a note on each such stretch."""
+    groups: list[list[_Item]] = []
+    for item in items:
+        if groups and _is_equal(groups[-1][0], item):
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    joined = [replace(group[0], section=replace(group[0].section, length=_length(group))) for group in groups]
+    notes = [f"{len(group)} equal items are one section of {_length(group):.5g} m: {group[0].section.name}"
+             for group in groups if len(group) > 1]  # fmt: skip
+    return joined, notes
+
+
+def _is_equal(first: _Item, other: _Item) -> bool:
+    """Whether two items differ at most in name and length."""
+    alike = replace(other.section, name=first.section.name, length=first.section.length)
+    return first.is_pipe == other.is_pipe and first.section == alike
 
 
 def _merged(items: Sequence[_Item]) -> tuple[tuple[StringSection, ...], list[str]]:
