@@ -42,6 +42,46 @@ def test_tables_of_planners_are_read(tmp_path: Path, content: str, encoding: str
     assert survey.notes == ()
 
 
+@pytest.mark.parametrize(
+    ("depths", "read"),
+    [
+        (("0,000", "914,400", "1828,800"), 1828.8),
+        (("0", "914,4", "1,000"), None),
+        (("0,0", "0,500", "1,000"), 1.0),
+        (("0", "1,500.0", "2,000"), 2000.0),
+    ],
+)
+def test_commas_of_depths_are_read_as_their_column_shows(
+    tmp_path: Path, depths: tuple[str, str, str], read: float | None
+) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (m);Inc;Azi\n" + "".join(f"{depth};{k}0.5;60\n" for k, depth in enumerate(depths)))
+    if read is None:
+        with pytest.raises(InputError, match="must increase"):
+            read_survey(path)
+    else:
+        assert read_survey(path).length == read
+
+
+@pytest.mark.parametrize("depths", [("0", "1,000", "2,600"), ("0", "500", "1,000"), ("100,000", "200,000", "300,000")])
+@pytest.mark.parametrize("angle", ["0,5", "10", "10,123"])
+def test_commas_that_could_be_either_are_refused(tmp_path: Path, depths: tuple[str, str, str], angle: str) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (m);Inc;Azi\n" + "".join(f"{depth};{angle};60\n" for depth in depths))
+    with pytest.raises(InputError) as error:
+        read_survey(path)
+    said = str(error.value)
+    assert "line " in said and "\n" not in said
+    assert "is its comma a decimal one or between thousands? write a decimal point, and nothing between" in said
+
+
+def test_commas_of_two_kinds_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("MD (ft);Inc;Azi\n0;0,5;60\n3,000.0;12,5;60\n6,000.0;90,0;60\n")
+    with pytest.raises(InputError, match=r"line 2: Inc = '0,5': not a number; is its comma"):
+        read_survey(path)
+
+
 def test_survey_feet_differ_from_feet(tmp_path: Path) -> None:
     path = tmp_path / "survey.csv"
     path.write_text("MD (usft),Inc (°),Azi (°)\n0,0,0\n9000,90,60\n")

@@ -18,7 +18,8 @@ _MAX_PREAMBLE = 40  # rows above the heads: names of well, rig and company
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_(m|ft|in|mm|deg|rad)$|,\s*(\S.*)$")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(,\d{3})+\.\d+")
-_DECIMAL_COMMA = re.compile(r"[-+]?\d+,(\d{1,2}|\d{4,})")
+_DECIMAL_COMMA = re.compile(r"[-+]?(\d+,(\d{1,2}|\d{4,})|0\d*,\d+|\d{4,},\d+)")
+_GROUPS = re.compile(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?")
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Column:
         unit: Unit of its numbers after reading; None for text.
         default_unit: Unit where the table names none; None where it has to.
         required: Whether a table without it is refused.
+        own_marks: Whether only its own cells tell what their commas are; one such as 1,000 could be 1 or 1000.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Column:
     unit: str | None = None
     default_unit: str | None = None
     required: bool = True
+    own_marks: bool = False
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,9 @@ def read_typed_table(cells: Rows, columns: Sequence[Column], path: Path) -> Type
     places = {column.name: place for column in columns if (place := _place(heads, column, path)) is not None}
     units, first = _unit_row(cells, header, columns, places)
     body = [(index + 1, cells[index]) for index in filled if index >= first]
-    comma = _decimal_comma([row[place] for _, row in body for column in columns if column.unit is not None
-                            and (place := places.get(column.name)) is not None and place < len(row)])  # fmt: skip
+    cells_of = {column.name: [row[place] for _, row in body if place < len(row)] for column in columns
+                if column.unit is not None and (place := places.get(column.name)) is not None}  # fmt: skip
+    table_comma = _decimal_comma([cell for texts in cells_of.values() for cell in texts])
     rows = []
     for line, row in body:
         numbers, texts = {}, {}
@@ -97,6 +101,9 @@ def read_typed_table(cells: Rows, columns: Sequence[Column], path: Path) -> Type
             if column.unit is None:
                 texts[column.name] = text
             else:
+                comma = table_comma
+                if column.own_marks and table_comma and _decimal_comma(cells_of[column.name]) is None:
+                    comma = None
                 unit = units.get(column.name) or _unit_of_head(heads[place], column, path)
                 numbers[column.name] = _number(text, column.unit, unit, comma, where)
         rows.append(TableRow(line, numbers, texts))
@@ -164,9 +171,12 @@ def _number(text: str, target: str, unit: str, comma: bool | None, where: str) -
     found = split_quantity(text.replace(",", ".") if comma else text)
     if found is not None:
         return convert_quantity(*found, target, where)
-    plain = text.replace(",", ".") if comma else text.replace(",", "") if comma is not None else text
+    plain = text.replace(",", ".") if comma else text
+    if comma is False and _GROUPS.fullmatch(text):
+        plain = text.replace(",", "")
     if not _NUMBER.fullmatch(plain):
-        hint = "; is its comma a decimal one? write a point or nothing" if "," in text else ""
+        hint = "; is its comma a decimal one or between thousands? " if "," in text else ""
+        hint += "write a decimal point, and nothing between thousands" if hint else ""
         raise InputError(f"{where}: not a number{hint}")
     number = float(plain)
     if not math.isfinite(number):

@@ -12,7 +12,12 @@ from slider_drilling.schema.typed_table import Column, read_typed_table
 MAX_TIE_IN = 5.0
 """deg; a survey that begins below the surface with no more inclination is vertical above its first station."""
 _COLUMNS = (
-    Column("depth", ("md", "measured depth", "meas depth", "mdepth", "measured", "depth", "hole depth"), "m"),
+    Column(
+        "depth",
+        ("md", "measured depth", "meas depth", "mdepth", "measured", "depth", "hole depth"),
+        "m",
+        own_marks=True,
+    ),
     Column("inclination", ("inc", "incl", "inclination", "dev", "deviation"), "deg", "deg"),
     Column("azimuth", ("azi", "azimuth", "azm", "az", "azim", "hole direction"), "deg", "deg"),
 )
@@ -41,7 +46,8 @@ def read_survey(path: Path) -> Survey:
 
     The heads name the columns: `md`, `inclination` and `azimuth` (or longer words that begin so), in any order, among
     others, below any lines about the well. The depth needs its unit, in its head (`md_ft`, `MD [m]`) or in a row below
-    the heads; angles are deg unless a unit is named.
+    the heads; angles are deg unless a unit is named. A depth such as 1,000 needs another in its column that shows
+    whether its comma is decimal: angles with decimal commas do not.
 
     Raises:
         InputError: Naming file and line of what cannot be read.
