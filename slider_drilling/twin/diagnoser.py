@@ -89,6 +89,7 @@ class Diagnoser:
         self._held: Reply | None = None  # of a replay, until the time at which it would have come
         self._baseline: tuple[PickledBaseline | None, int | None, float] = (None, None, 0.0)  # of a detection, until s
         self._due: list[tuple[float, int]] = []
+        self._of_checks: set[int] = set()  # detections that checks have made: no single channel shows them
         self._diagnosed: defaultdict[int, DiagnosesOfChange] = defaultdict(DiagnosesOfChange)  # by detection
         self.answer: dict[str, Any] | None = None
         self.answered: float | None = None
@@ -164,7 +165,8 @@ class Diagnoser:
             baseline, end = None, windows.before[1]
         self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
-        self._put(_Open(now, number), before, windows.after, None if detection is None else detection.channel)
+        seen_in = None if detection is None or number in self._of_checks else detection.channel
+        self._put(_Open(now, number), before, windows.after, seen_in)
 
     def _put(self, question: _Open, before: RigLog | PickledBaseline, after: float, channel: str | None) -> None:
         """Ask in the other process about the samples since a time, s."""
@@ -206,6 +208,7 @@ class Diagnoser:
         """Make what two regular checks name a detection; its number, and what they say."""
         detection = self._log.take_confirmed(confirmed, self._dated(*confirmed.interval), now)
         self.detected(detection)
+        self._of_checks.add(detection.number)
         changes = [self._note_answer(detection.number, tree, now) for tree in confirmed.answers]
         return detection.number, changes[-1]
 

@@ -19,7 +19,8 @@ from slider_drilling.twin.channels import SURFACE
 
 RECENT_S = 300.0
 """s of samples that a check compares with the rig as it was."""
-_BASELINE_S, _APART_S = 600.0, 20.0  # of samples that show the rig as it was; between them and the recent ones
+_SETTLING_S = 60.0  # after the twin began to follow, before the rig shows how it is
+_BASELINE_S, _APART_S = 640.0, 20.0  # of samples that show the rig as it was; between them and the recent ones
 _TRIED = 2  # checks in a row without an answer, after which later samples show the rig as it was
 _CLOSED = 0.5  # share of the squared gap after calibration that a change closes, at least
 _RENEWED_S = 1800.0  # after which the rig as it was is that of later samples: a rig wanders
@@ -57,6 +58,10 @@ class RegularChecks:
     def __init__(self, every: float) -> None:
         self._every = every
         self.begin(math.inf)
+
+    def follow_from(self, time: float) -> None:
+        """The twin follows the rig since a time, s: it is as it was a minute later."""
+        self.begin(time + _SETTLING_S)
 
     def begin(self, start: float) -> None:
         """Forget the rig as it was: from now on it is that of the samples from `start` on, s."""
@@ -117,11 +122,12 @@ def _agree(one: DiagnosedChange, other: DiagnosedChange) -> bool:
 
 
 def _best_explained(tree: dict[str, Any]) -> tuple[str, float]:
-    """Channel at surface whose error the named change lowers most, and by how much (RMS), in noise levels."""
+    """Channel at surface whose error the named change lowers most beside calibration; and by how much (RMS), in noise
+    levels."""
     gap = tree["gap"]
     lowered = {}
     for name, errors in _at_surface(gap):
-        square = errors["nominal"] ** 2 - errors["with_effect"] ** 2
+        square = errors["tuned"] ** 2 - errors["with_effect"] ** 2
         lowered[name] = math.sqrt(max(square, 0.0)) / gap["noise_floor"][name]["value"]
     best = max(lowered, key=lambda name: lowered[name])
     return best, lowered[best]

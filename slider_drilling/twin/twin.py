@@ -256,7 +256,7 @@ class Twin:
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled, activity.drilling)):
             self._history.clear()
             self.detector = self._new_detector(learner)
-            self._diagnoser.checks.begin(max(self._motion.started, self._recalibrated))
+            self._diagnoser.checks.follow_from(max(self._motion.started, self._recalibrated))
         now = float(grid[-1])
         usual = learner.learnt and activity.comparable and not self._changed
         self._comparison.update(self._history, learner.values, now, usual)

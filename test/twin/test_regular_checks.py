@@ -14,7 +14,7 @@ from slider_drilling.twin.diagnoser import Diagnoser
 from slider_drilling.twin.motion import new_buffers
 from slider_drilling.twin.regular_checks import RegularChecks, is_plain
 
-EVERY, FIRST = 150.0, 920.0
+EVERY, FIRST = 150.0, 960.0
 
 
 def tree(*effects, group=(), growing=False, torque=(600.0, 300.0, 100.0)):
@@ -56,12 +56,12 @@ def take(checks, *replies):
 def test_first_check_needs_a_rig_as_it_was_and_five_minutes_more(checks):
     assert checks.due(FIRST - 1.0) is None
     windows = checks.due(FIRST)
-    assert windows.before == (0.0, 600.0) and windows.after == FIRST - 300.0
+    assert windows.before == (0.0, 640.0) and windows.after == FIRST - 300.0
 
 
 def test_checks_are_regular(checks):
     times = [time for time in range(3000) if checks.due(float(time)) is not None]
-    assert times[:3] == [920, 1070, 1220]
+    assert times[:3] == [960, 1110, 1260]
 
 
 def test_no_check_before_the_rig_is_learnt_or_without_a_period():
@@ -109,38 +109,38 @@ def test_change_began_since_the_last_check_that_named_none(checks):
 
 
 def test_change_that_the_first_check_names_began_after_the_rig_was_as_it_was(checks):
-    assert take(checks, reply("heave"), reply("heave")).interval == (600.0, 1000.0)
+    assert take(checks, reply("heave"), reply("heave")).interval == (640.0, 1000.0)
 
 
 def test_channel_is_the_one_at_surface_that_the_change_explains_best(checks):
-    found = take(checks, reply("heave"), reply("heave", torque=(500.0, 400.0, 300.0), growing=True))
+    found = take(checks, reply("heave"), reply("heave", torque=(900.0, 500.0, 300.0), growing=True))
     assert (found.channel, found.kind, found.size) == ("surface_torque", "ramp", pytest.approx(4.0))
 
 
 def test_rig_as_it_was_is_renewed_for_a_rig_wanders(checks):
     checks.take(reply(), 1000.0)
-    assert checks.due(2300.0).before == (0.0, 600.0)
-    assert checks.due(2500.0).before == (1580.0, 2180.0) and checks.baseline is None
+    assert checks.due(2300.0).before == (0.0, 640.0)
+    assert checks.due(2500.0).before == (1540.0, 2180.0) and checks.baseline is None
 
 
 def test_rig_as_it_was_stays_while_a_name_waits_to_be_confirmed(checks):
     checks.take(reply("heave"), 2390.0)
-    assert checks.due(2500.0).before == (0.0, 600.0)
+    assert checks.due(2500.0).before == (0.0, 640.0)
 
 
 def test_samples_that_show_no_rig_are_left_for_later_ones(checks):
     checks.due(FIRST)
     checks.take(FAILED, FIRST)
-    assert checks.due(FIRST + EVERY).before == (0.0, 600.0)
+    assert checks.due(FIRST + EVERY).before == (0.0, 640.0)
     checks.take(FAILED, FIRST + EVERY)
     assert checks.due(FIRST + EVERY - 1.0) is None
-    assert checks.due(FIRST + EVERY).before == (EVERY, EVERY + 600.0)
+    assert checks.due(FIRST + EVERY).before == (EVERY, EVERY + 640.0)
 
 
 def test_failure_later_on_leaves_the_rig_as_it_was(checks):
     for time in (FIRST, FIRST + EVERY, FIRST + 2 * EVERY):
         checks.take(reply() if time == FIRST else FAILED, time)
-    assert checks.due(FIRST + 3 * EVERY).before == (0.0, 600.0) and checks.baseline is not None
+    assert checks.due(FIRST + 3 * EVERY).before == (0.0, 640.0) and checks.baseline is not None
 
 
 class Answers:
@@ -148,9 +148,10 @@ class Answers:
 
     def __init__(self, *effects):
         self._reply = replace(reply(*effects), cpu=10.0)
+        self.questions = []
 
     def start(self, question):
-        self.question = question
+        self.questions.append(question)
 
     def wait(self):
         return self._reply
@@ -168,9 +169,11 @@ def diagnoser(request, monkeypatch, *effects, dated=lambda low, high: None, told
     buffers, log = new_buffers(3600.0), DetectionLog()
     times = np.arange(0.0, 1800.0, 0.5)
     buffers["top_drive_angle"].add(times, np.sin(times))
-    monkeypatch.setattr("slider_drilling.twin.diagnoser.BackgroundDiagnosis", lambda: Answers(*effects))
+    answers = Answers(*effects)
+    monkeypatch.setattr("slider_drilling.twin.diagnoser.BackgroundDiagnosis", lambda: answers)
     made = Diagnoser(diagnose_after, rig, buffers, log, True, EVERY, dated, told)
     made.checks.begin(0.0)
+    made.questions = answers.questions
     return made, log
 
 
@@ -187,8 +190,20 @@ def test_second_check_makes_a_named_detection(request, monkeypatch):
     (detection,) = log.detections
     assert detection.effects == ("heave",) and detection.verdict == "effect" and made.answer["effects"] == ["heave"]
     assert detection.detected == detection.answered == FIRST + EVERY + 100.0
-    assert detection.interval == (600.0, FIRST) and detection.since == 760.0
+    assert detection.interval == (640.0, FIRST) and detection.since == 800.0
     assert made.checks.due(FIRST + 700.0) is None
+
+
+def test_later_questions_about_it_ask_for_no_channel(request, monkeypatch):
+    made, log = diagnoser(request, monkeypatch, "heave")
+    run(made, FIRST, FIRST + 100.0, FIRST + EVERY, FIRST + EVERY + 100.0, FIRST + EVERY + 130.0)
+    assert made.asking and len(made.questions) == 3 and made.questions[-1].channel is None
+    assert log.detections[0].channel == "surface_torque"
+
+
+def test_rig_shows_how_it_is_a_minute_after_the_twin_began(checks):
+    checks.follow_from(100.0)
+    assert checks.due(FIRST + 159.0) is None and checks.due(FIRST + 160.0).before == (160.0, 800.0)
 
 
 def test_feature_dates_what_checks_have_found(request, monkeypatch):
