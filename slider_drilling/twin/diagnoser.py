@@ -207,6 +207,7 @@ class Diagnoser:
     def _take_confirmed(self, confirmed: ConfirmedChange, now: float) -> tuple[int, DiagnosedChange | None]:
         """Make what two regular checks name a detection; its number, and what they say."""
         detection = self._log.take_confirmed(confirmed, self._dated(*confirmed.interval), now)
+        self._baseline = (self.checks.baseline, detection.number, 0.0)  # the change began after it
         self.detected(detection)
         self._of_checks.add(detection.number)
         changes = [self._note_answer(detection.number, tree, now) for tree in confirmed.answers]
