@@ -4,8 +4,8 @@ The numbers are in noise levels of the channel: those of maximum likelihood, rou
 foreign rigs in which nothing begins, 14 by the controller and 18 by a crew that rocks by hand
 (`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a mean has of its own is set by hand: less of
 it makes a small move within a stretch look like a change. So are the thresholds: a quarter above what these slides, 16
-more and 10 of an independent rig show, but for what single slides show; on 8 fresh slides without a change two features
-went a twentieth beyond a tenth. What is smaller is left to the regular checks.
+more and 10 of an independent rig show, but for what single slides show; on two of 8 fresh slides without a change a
+feature went beyond a tenth. What is smaller is left to the regular checks.
 """
 
 from __future__ import annotations
