@@ -108,6 +108,8 @@ def _first_change(
     with contextlib.closing(Twin(rig, ask=ask, replayed=True)) as twin:
         for report in reports_of(twin, LogFeed(log)):
             progress(min(report.time / log.end, 1.0))
+            if ask is not None and twin.detections:
+                break  # what is asked about it now, would be asked again with the whole log
         return next(iter(twin.detections), None), twin.not_compared
 
 

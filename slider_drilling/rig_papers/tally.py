@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -246,12 +246,7 @@ def _lengthened(item: _Item, bit: TableRow | None) -> _Item:
 
 def _joined(items: Sequence[_Item]) -> tuple[list[_Item], list[str]]:
     """Items with equal neighbours as one, such as the joints of a stretch of pipe, and a note on each such stretch."""
-    groups: list[list[_Item]] = []
-    for item in items:
-        if groups and _is_equal(groups[-1][0], item):
-            groups[-1].append(item)
-        else:
-            groups.append([item])
+    groups = _grouped(items, lambda group, item: _is_equal(group[0], item))
     joined = [replace(group[0], section=replace(group[0].section, length=_length(group))) for group in groups]
     notes = [f"{len(group)} equal items are one section of {_length(group):.5g} m: {group[0].section.name}"
              for group in groups if len(group) > 1]  # fmt: skip
@@ -270,21 +265,30 @@ def _merged(items: Sequence[_Item]) -> tuple[tuple[StringSection, ...], list[str
     Args:
         items: From the bit up.
     """
-    groups: list[list[_Item]] = []
-    for item in items:
-        same_kind = bool(groups) and groups[-1][-1].is_pipe == item.is_pipe and not item.is_pipe
-        short = bool(groups) and (item.section.length < _MIN_SECTION or _length(groups[-1]) < _MIN_SECTION)
-        if same_kind or short:
-            groups[-1].append(item)
-        else:
-            groups.append([item])
     sections, notes = [], []
-    for group in groups:
+    for group in _grouped(items, _belongs_to):
         if len(group) > 1:
             names = ", ".join(item.section.name for item in group)
             notes.append(f"one section of {_length(group):.4g} m with their weight and stiffness: {names}")
         sections.append(_combined([item.section for item in group]))
     return tuple(sections[::-1]), notes
+
+
+def _belongs_to(group: Sequence[_Item], item: _Item) -> bool:
+    """Whether both are of the bottom-hole assembly, or one is too short for a section."""
+    same_kind = not group[-1].is_pipe and not item.is_pipe
+    return same_kind or item.section.length < _MIN_SECTION or _length(group) < _MIN_SECTION
+
+
+def _grouped(items: Sequence[_Item], joins: Callable[[Sequence[_Item], _Item], bool]) -> list[list[_Item]]:
+    """Neighbours in groups; an item joins the group before it, or begins another."""
+    groups: list[list[_Item]] = []
+    for item in items:
+        if groups and joins(groups[-1], item):
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    return groups
 
 
 def _length(group: Sequence[_Item]) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,7 +88,7 @@ def read_typed_table(cells: Rows, columns: Sequence[Column], path: Path) -> Type
     body = [(index + 1, cells[index]) for index in filled if index >= first]
     cells_of = {column.name: [row[place] for _, row in body if place < len(row)] for column in columns
                 if column.unit is not None and (place := places.get(column.name)) is not None}  # fmt: skip
-    table_comma = _decimal_comma([cell for texts in cells_of.values() for cell in texts])
+    commas = _decimal_commas(columns, cells_of)
     rows = []
     for line, row in body:
         numbers, texts = {}, {}
@@ -101,11 +101,8 @@ def read_typed_table(cells: Rows, columns: Sequence[Column], path: Path) -> Type
             if column.unit is None:
                 texts[column.name] = text
             else:
-                comma = table_comma
-                if column.own_marks and table_comma and _decimal_comma(cells_of[column.name]) is None:
-                    comma = None
                 unit = units.get(column.name) or _unit_of_head(heads[place], column, path)
-                numbers[column.name] = _number(text, column.unit, unit, comma, where)
+                numbers[column.name] = _number(text, column.unit, unit, commas[column.name], where)
         rows.append(TableRow(line, numbers, texts))
     for column in columns:
         # A table without rows shall not hide that a column has no unit.
@@ -182,6 +179,14 @@ def _number(text: str, target: str, unit: str, comma: bool | None, where: str) -
     if not math.isfinite(number):
         raise InputError(f"{where}: not a number")
     return convert_quantity(number, unit, target, where)
+
+
+def _decimal_commas(columns: Sequence[Column], cells_of: Mapping[str, list[str]]) -> dict[str, bool | None]:
+    """What the commas of each column of numbers are, see `_decimal_comma`: the table's cells tell, or its own alone."""
+    of_table = _decimal_comma([cell for texts in cells_of.values() for cell in texts])
+    alone = {column.name for column in columns if column.own_marks and of_table}
+    return {name: None if name in alone and _decimal_comma(texts) is None else of_table
+            for name, texts in cells_of.items()}  # fmt: skip
 
 
 def _decimal_comma(texts: Sequence[str]) -> bool | None:

@@ -70,6 +70,11 @@ class ChangeDetector:
         self._shown_since: dict[Key, float] = {}
         self._series: dict[Key, deque[_Value]] = {}
 
+    @classmethod
+    def before_learning(cls, count: int) -> ChangeDetector:
+        """A detector that only keeps: nothing of the `count` parameters is uncertain, because nothing is tested."""
+        return cls(Uncertainty(np.zeros((count, count)), np.zeros((count, 1))))
+
     def add(self, time: float, activity: Activity, found: Sequence[Feature]) -> None:
         """Take the features of a window of one period that ends at `time`, s, where they can be compared."""
         for key, series in self._series.items():

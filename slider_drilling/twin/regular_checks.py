@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from slider_drilling.twin.agreement import DiagnosedChange, diagnosed_change
 from slider_drilling.twin.ask import Windows
 from slider_drilling.twin.background import PickledBaseline, Reply
 from slider_drilling.twin.channels import SURFACE
@@ -75,10 +74,9 @@ class RegularChecks:
         """What to compare at a time, s; None if no check is due."""
         if self._every == 0.0 or now < self._next:
             return None
-        self._next = now + self._every
         if now - self._start > _RENEWED_S + _BASELINE_S and self._named is None:
             self.begin(now - RECENT_S - _APART_S - _BASELINE_S)
-            self._next = now + self._every
+        self._next = now + self._every
         return Windows((self._start, self._start + _BASELINE_S), now - RECENT_S)
 
     def take(self, reply: Reply, asked: float) -> ConfirmedChange | None:
@@ -89,16 +87,15 @@ class RegularChecks:
                 self.begin(self._start + self._every)
             return None
         self.baseline, self._failed = reply.baseline or self.baseline, 0
-        before, latest = self._named, diagnosed_change(reply.tree)
-        if not latest.effects or not is_plain(reply.tree["gap"]):
+        if not reply.tree["effects"] or not is_plain(reply.tree["gap"]):
             self._named, self._unnamed_at = None, asked
             return None
-        self._named = (reply.tree, asked)
-        if before is None or not _agree(diagnosed_change(before[0]), latest):
+        before, self._named = self._named, (reply.tree, asked)
+        if before is None or not set(before[0]["effects"]) & set(reply.tree["effects"]):
             return None
         tree, first = before
-        channel, size = _best_explained(reply.tree)
-        kind = "ramp" if (reply.tree.get("change") or {}).get("growing") else "step"
+        channel, size = _best_explained(reply.tree["gap"])
+        kind = "ramp" if reply.tree["change"]["growing"] else "step"
         return ConfirmedChange((tree, reply.tree), (self._unnamed_at - RECENT_S, first), channel, kind, size)
 
 
@@ -117,14 +114,9 @@ def _at_surface(gap: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
     return [(name, gap["rms"][name]) for name in SURFACE if name in gap["rms"]]
 
 
-def _agree(one: DiagnosedChange, other: DiagnosedChange) -> bool:
-    return bool(set(one.effects) & set(other.effects))
-
-
-def _best_explained(tree: dict[str, Any]) -> tuple[str, float]:
+def _best_explained(gap: Mapping[str, Any]) -> tuple[str, float]:
     """Channel at surface whose error the named change lowers most beside calibration; and by how much (RMS), in noise
     levels."""
-    gap = tree["gap"]
     lowered = {}
     for name, errors in _at_surface(gap):
         square = errors["tuned"] ** 2 - errors["with_effect"] ** 2

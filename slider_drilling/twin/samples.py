@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.gap.problem.noise import difference_noise
+
 Array = NDArray[np.float64]
 _FIRST_SIZE = 1024
+_NOISE_SAMPLES = 600  # from which on they show their noise
 
 
 class SampleBuffer:
@@ -85,3 +88,10 @@ class SampleBuffer:
         time, value = np.empty(size), np.empty(size)
         time[:count], value[:count] = self.time, self.value
         self._time, self._value, self._begin, self._end = time, value, 0, count
+
+
+def noise_and_interval(buffer: SampleBuffer, declared: float, interval: float) -> tuple[float, float]:
+    """Noise of a channel, at least what is declared, and s between two samples; what is given until there are many."""
+    if len(buffer) < _NOISE_SAMPLES:
+        return declared, interval
+    return max(declared, difference_noise(buffer.value)), float(np.median(np.diff(buffer.time)))

@@ -14,7 +14,6 @@ from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring import InitialState
 from slider_drilling.drillstring.observer_noise import needed_smoothing
 from slider_drilling.errors import InputError
-from slider_drilling.gap.problem.noise import difference_noise
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
@@ -37,7 +36,7 @@ from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buf
 from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
-from slider_drilling.twin.samples import Array
+from slider_drilling.twin.samples import Array, noise_and_interval
 from slider_drilling.twin.settings import TwinSettings
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
 from slider_drilling.twin.unlogged_block import BlockFromPressure
@@ -47,7 +46,6 @@ _REPORT_S = 1.0
 _HISTORY_S = 400.0
 _FEATURES_EVERY = 5  # seconds between two windows whose features are taken
 _MOTION_S = 200.0  # of the drives' past, that a forecast repeats
-_NOISE_SAMPLES = 600  # from which on the noise of the torque is looked at, too
 
 
 class Twin:
@@ -90,9 +88,9 @@ class Twin:
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
         self.detector: ChangeDetector | None = None
-        self._circulation = self._first_detector()
+        self._circulation = ChangeDetector.before_learning(len(self._parameters))
         self._recalibrated = -math.inf  # s, when the rig began to be learnt anew
-        self._changed = False  # since the rig was learnt: the gap is no longer what is usual
+        self._known_changes = 0  # detections when the rig began to be learnt
         self._compared = False  # whether a change could have shown so far
         self._next = math.nan  # s, the first grid time that is not simulated yet
         self._samples = round(_REPORT_S / settings.interval)
@@ -181,7 +179,7 @@ class Twin:
         """Simulate every second whose samples have arrived; returns a report for each."""
         reports = self._advance(self._motion.known_until())
         if not reports and self.report is not None:
-            self._update_diagnoses(self._motion.newest)
+            self._diagnoser.update(self._motion.newest)
         return reports
 
     def latest_report(self) -> TwinReport | None:
@@ -200,8 +198,8 @@ class Twin:
     def recalibrate(self) -> None:
         """Forget what was learnt of the rig, and learn it again from now on."""
         self._learner = self.detector = None
-        self._circulation = self._first_detector()
-        self._changed = False
+        self._circulation = ChangeDetector.before_learning(len(self._parameters))
+        self._known_changes = len(self._log.detections)
         self._recalibrated = self._motion.newest
         self._diagnoser.checks.begin(math.inf)
         self._history.clear()
@@ -258,10 +256,11 @@ class Twin:
             self.detector = self._new_detector(learner)
             self._diagnoser.checks.follow_from(max(self._motion.started, self._recalibrated))
         now = float(grid[-1])
-        usual = learner.learnt and activity.comparable and not self._changed
+        changed = len(self._log.detections) > self._known_changes  # the gap is no longer what is usual
+        usual = learner.learnt and activity.comparable and not changed
         self._comparison.update(self._history, learner.values, now, usual)
         self._look_for_changes(activity, now)
-        self._update_diagnoses(now)
+        self._diagnoser.update(now)
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
@@ -302,19 +301,13 @@ class Twin:
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings
-        smoothing = needed_smoothing(self.rig, *self._torque_noise(), s.observer_gain)
+        noise = noise_and_interval(self._buffers["surface_torque"], self._noise["surface_torque"], s.interval)
+        smoothing = needed_smoothing(self.rig, *noise, s.observer_gain)
         follower = Follower(
             self._plant_rig, self._parameters, s.elements, s.interval, s.observer_gain, smoothing, start
         )
         follower.move_centre(values)
         return follower
-
-    def _torque_noise(self) -> tuple[float, float]:
-        """Noise of the surface torque, N m, at least what the rig file declares, and s between two samples."""
-        torque, declared = self._buffers["surface_torque"], self._noise["surface_torque"]
-        if len(torque) < _NOISE_SAMPLES:
-            return declared, self.settings.interval
-        return max(declared, difference_noise(torque.value)), float(np.median(np.diff(torque.time)))
 
     def _look_for_changes(self, activity: Activity, now: float) -> None:
         """Take the features of this second, test a part of them, and turn alarms into detections."""
@@ -340,11 +333,6 @@ class Twin:
         if since is not None:
             detector.forget(since)
 
-    def _first_detector(self) -> ChangeDetector:
-        """A detector for before the rig is learnt, when nothing is uncertain because nothing is tested."""
-        count = len(self._parameters)
-        return ChangeDetector(Uncertainty(np.zeros((count, count)), np.zeros((count, 1))))
-
     def _new_detector(self, learner: Learner) -> ChangeDetector:
         """A detector that knows what circulation off bottom has shown while the rig was learnt."""
         names = [parameter.name for parameter in self._parameters]
@@ -359,14 +347,7 @@ class Twin:
         """
         for alarm in alarms:
             if alarm is not None and self._log.take(replace(alarm, time=now)):
-                self._changed = True
                 self._diagnoser.detected(self._log.detections[-1])
-
-    def _update_diagnoses(self, now: float) -> None:
-        """Take answers and ask; what regular checks have found is a detection, too."""
-        known = len(self._log.detections)
-        self._diagnoser.update(now)
-        self._changed |= len(self._log.detections) > known
 
     def _dated(self, low: float, high: float) -> FeatureChange | None:
         return None if self.detector is None else self.detector.dated(low, high)
