@@ -337,3 +337,13 @@ def test_what_calibration_has_found_needs_no_wider_interval(monkeypatch, motor_g
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])
 def test_numbers_within_their_wander_are_no_change(moved, wandered):
     assert only_wandered(_fitted(friction_1=moved)) == wandered
+
+
+def test_every_later_log_has_blocks_of_time_of_its_own():
+    def piece(run, rows, first):
+        return SimpleNamespace(run=run, rows=rows, channel=SimpleNamespace(time=first + 10.0 * np.arange(3)))
+
+    # Two logs of 20 s whose clocks both begin at 5 s: the last sample of each is the first of its second block.
+    pieces = (piece(0, slice(0, 3), 5.0), piece(0, slice(3, 6), 5.0), piece(1, slice(6, 9), 5.0))
+    problem = SimpleNamespace(size=9, model=SimpleNamespace(runs=(None, None)), pieces=pieces)
+    assert change_answer._time_blocks(problem).tolist() == [0, 0, 1, 0, 0, 1, 2, 2, 3]

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.change_search import (
@@ -332,16 +333,25 @@ def share_explained(
     if usual_gap(problem, before) <= 1.0:
         return None, None
     rows = counted(problem)
-    before, after, time = before[rows], after[rows], problem.time[rows]
-    block = ((time - time.min()) // _BLOCK_S).astype(int)
-    count = np.bincount(block)
-    used = count > 0
-    sums = [np.bincount(block, weights=residual**2)[used] for residual in (before, after)]
-    count = count[used]
+    before, after, block = before[rows], after[rows], _time_blocks(problem)[rows]
+    _, block, count = np.unique(block, return_inverse=True, return_counts=True)
+    sums = [np.bincount(block, weights=residual**2) for residual in (before, after)]
     drawn = np.random.default_rng(seed).integers(0, count.size, size=(_RESAMPLES, count.size))
     shares = share_closed(sums[0][drawn].sum(1) / count[drawn].sum(1), sums[1][drawn].sum(1) / count[drawn].sum(1))
     low, high = (float(np.nanquantile(shares, q)) for q in (0.5 - 0.5 * _LEVEL, 0.5 + 0.5 * _LEVEL))
     return float(share_closed(float(np.mean(before**2)), float(np.mean(after**2)))), (low, high)
+
+
+def _time_blocks(problem: Problem) -> NDArray[np.int_]:
+    """(N,) number of the block of time to which each sample belongs; every log has blocks of its own."""
+    block, first = np.empty(problem.size, dtype=int), 0
+    for run in range(len(problem.model.runs)):
+        own = [piece for piece in problem.pieces if piece.run == run]
+        start = min(piece.channel.time[0] for piece in own)
+        for piece in own:
+            block[piece.rows] = first + (piece.channel.time - start) // _BLOCK_S
+        first = 1 + max(int(block[piece.rows].max()) for piece in own)
+    return block
 
 
 def changed_model(search: ChangeSearch) -> ChangedString:

@@ -31,13 +31,17 @@ class AnsweredQuestion:
         number: Of the detection that it was about, or that it made as a regular check; None without one.
         answered: s, when the answer came.
         change: What the diagnoses of that detection say with this one; None without an answer.
-        reply: Of the process that was asked.
+        error: Why there is no answer, in one line; None if there is one.
+        cpu: s of processor time that it took.
+        peak: bytes, the most memory that its process held.
     """
 
     number: int | None
     answered: float
     change: DiagnosedChange | None
-    reply: Reply
+    error: str | None
+    cpu: float
+    peak: int
 
 
 @dataclass(frozen=True)
@@ -202,7 +206,7 @@ class Diagnoser:
             if reply.tree is not None:
                 self._baseline = (reply.baseline, *self._baseline[1:])
                 change = self._note_answer(number, reply.tree, now)
-        self._told(AnsweredQuestion(number, now, change, reply))
+        self._told(AnsweredQuestion(number, now, change, reply.error, reply.cpu, reply.peak))
 
     def _take_confirmed(self, confirmed: ConfirmedChange, now: float) -> tuple[int, DiagnosedChange | None]:
         """Make what two regular checks name a detection; its number, and what they say."""

@@ -221,7 +221,7 @@ def test_rig_that_stays_as_it_was_is_no_detection(request, monkeypatch):
     made, log = diagnoser(request, monkeypatch, told=told.append)
     run(made, *np.arange(FIRST, FIRST + 2 * EVERY, 50.0))
     assert not log.detections and made.answer is None and len(told) == 2
-    assert all(question.number is None and question.reply.tree["effects"] == [] for question in told)
+    assert all(question.number is None and question.change is None and question.error is None for question in told)
 
 
 def test_check_gives_way_to_a_question_of_the_user(request, monkeypatch):

@@ -120,8 +120,8 @@ def watch_slide(log: RigLog, diagnose: bool = True) -> WatchedSlide:
     detections = () if found is None else found.detections
     return WatchedSlide(
         Path(log.source).name, last, float(watched), tuple(_with_answers(each, asked) for each in detections),
-        cost / max(last, 1.0), tuple(each.reply.cpu for each in asked), _resident_bytes(), forecasts.errors(log, rig),
-        max((each.reply.peak for each in asked), default=0),
+        cost / max(last, 1.0), tuple(each.cpu for each in asked), _resident_bytes(), forecasts.errors(log, rig),
+        max((each.peak for each in asked), default=0),
     )  # fmt: skip
 
 
@@ -137,7 +137,7 @@ def _with_answers(detection: Detection, asked: Sequence[AnsweredQuestion]) -> Wa
 def _answer(question: AnsweredQuestion) -> TwinAnswer:
     change = question.change
     if change is None:
-        return TwinAnswer(question.answered, "failed", failure=question.reply.error or "")
+        return TwinAnswer(question.answered, "failed", failure=question.error or "")
     return TwinAnswer(question.answered, change.verdict, change.effects, change.group, change.suspected, change.site)
 
 
