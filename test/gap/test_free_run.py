@@ -13,7 +13,7 @@ from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, Simulatio
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.problem.noise import NoiseFloor
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.results.free_run import FreeRunModels, best_free_runs
+from slider_drilling.gap.results.free_run import FreeRunModels, _keeps_its_phase, best_free_runs
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.selection.refit import cross_validate
@@ -101,3 +101,18 @@ def test_effects_must_better_a_free_run(final, enough):
     models = FreeRunModels(SimpleNamespace(), SimpleNamespace(), (3.0, 3.0, final), True)
     assert models.effects_close_enough == enough
     assert models.without_effects.gaps == (3.0, 3.0, 3.0)
+
+
+@pytest.mark.parametrize(("accumulates", "lost"), [(True, False), (False, True)])
+def test_step_missed_by_what_accumulates_is_no_lost_phase(accumulates, lost):
+    angle = Channel("angle", TIME, np.random.default_rng(2).normal(0.0, 0.1, TIME.size), "rad", accumulates=accumulates)
+
+    class SwingAndAngle(Swing):
+        def simulate(self, run, sets, options):
+            simulated = super().simulate(run, sets, options)
+            return {**simulated, "angle": np.tile(6.0 * (TIME > 20.0), (len(sets), 1))}
+
+    torque = Channel("torque", TIME, 5.0 * np.sin(1.7 * TIME), "N")
+    model = SwingAndAngle((LoggedRun("swing", TIME, np.sin(TIME), (torque, angle)),))
+    problem = build_problem(model, [{"torque": 0.1, "angle": 0.1}], SimulationOptions())
+    assert _keeps_its_phase(problem, {"rate": 1.7, "swing.size": 5.0}) is not lost

@@ -79,7 +79,7 @@ def best_free_runs(state: SearchState) -> FreeRunModels:
 
     Models that were scored in the free run are kept. Those that were scored with feedback are fitted again:
     calibration is then no worse than the model as given, and the final model no worse than calibration. Where the free
-    run keeps its phase to the end, no fit to growing parts is made.
+    run keeps its phase to the end, or the model cannot be cut off, no fit to growing parts is made.
     """
     exact = _free_problem(state, 1.0, fit_fidelity(state.current.problem.model))
     given = {parameter.name: parameter.nominal for parameter in state.calibrated.fit.parameters}
@@ -98,7 +98,7 @@ def best_free_runs(state: SearchState) -> FreeRunModels:
 def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: Values) -> FittedModel:
     """The model with the values whose free run is best: its own, those of a simpler model, or fitted again."""
     candidates = [dict(model.fit.values), dict(simpler)]
-    if isinstance(model.problem.model, CanTruncate) and not _follows_to_the_end(exact, model.fit.values):
+    if isinstance(model.problem.model, CanTruncate) and not _keeps_its_phase(exact, model.fit.values):
         candidates += _grow(state, model, candidates)
     gaps = _rms(exact, candidates)
     best = candidates[int(np.argmin(np.where(np.isfinite(gaps), gaps, np.inf)))]
@@ -106,12 +106,16 @@ def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: V
     return replace(model, problem=problem, fit=fit(problem, model.fit.parameters, best, iterations=0))
 
 
-def _follows_to_the_end(exact: Problem, values: Values) -> bool:
-    """Whether a free run keeps its phase: every channel's error stays below the channel's own spread."""
+def _keeps_its_phase(exact: Problem, values: Values) -> bool:
+    """Whether the error of a free run stays below the spread of every channel that shows the phase of a vibration.
+
+    A channel that accumulates does not: one step that it misses stays, though all others come at their times.
+    """
     (residual,) = exact.residuals([values])
     in_units = np.concatenate([residual[piece.rows] * piece.noise for piece in exact.pieces])
     horizon, to_end = prediction_horizon(exact, in_units)
-    return set(to_end) == set(horizon)
+    showing = {piece.name for piece in exact.pieces if not piece.channel.accumulates} & set(horizon)
+    return (showing or set(horizon)) <= set(to_end)
 
 
 def _grow(state: SearchState, model: FittedModel, starts: Sequence[Values]) -> list[dict[str, float]]:
