@@ -246,6 +246,14 @@ def test_programme_that_the_rig_cannot_run_is_refused(action: object, limits: di
         ProgrammeController(RIG, of(action, **limits))
 
 
+def test_a_short_slide_without_flow_is_refused() -> None:
+    """It ends with the bit lifted above where it began, but drills in between."""
+    slide = Slide(0.5, time=60.0)
+    nominal_times(of(slide), RIG)
+    with pytest.raises(InputError, match=r"steps\[1\].slide: the block is lowered with less than 30 %"):
+        nominal_times(of(Flow(0.0), slide), RIG)
+
+
 @pytest.mark.parametrize("name", ["left_torque", "right_torque"])
 @pytest.mark.parametrize("of_step", [False, True])
 def test_a_torque_limit_above_the_make_up_torque_is_refused(name: str, of_step: bool) -> None:
