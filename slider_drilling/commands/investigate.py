@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.options import SEED, given_options, json_option, units_option_with, write_and_print
+from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 if TYPE_CHECKING:
     from slider_drilling.investigation.loop import Investigation, Recorder
@@ -185,6 +187,7 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         InputError: The programme did not come to its end.
     """
     from slider_drilling.errors import InputError
+    from slider_drilling.files.output_files import write_atomically
     from slider_drilling.process.own_path import worker_command
 
     folder = log.with_suffix(".run")
@@ -195,22 +198,43 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         call = [sys.executable, "-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme),
                 "--record", str(folder), "--json"]  # fmt: skip
         call += [part for effect in effects for part in ("--effect", effect)]
-    # What nodes say, such as that they wait for a rig, is shown at once.
-    with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stderr is not None and running.stdout is not None
-        last = "no log"
-        for line in running.stderr:
-            click.echo(line, err=True, nl=False)
-            last = line.strip() or last
-        printed = running.stdout.read()
+    printed, last, code = _run_shown(call)
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
-    if running.returncode == 1 and printed:
+    if code == 1 and printed:
         reason = json.loads(printed)["programme"]["reason"]
         raise InputError(f"{programme}: aborted: {reason}; its log so far: {folder}")
-    if running.returncode or not logs:
-        raise InputError(f"{programme}: the run ended with code {running.returncode}: {last}")
-    shutil.copyfile(logs[-1], log)
+    if code or not logs:
+        raise InputError(f"{programme}: the run ended with code {code}: {last}")
+    write_atomically(log, logs[-1].read_bytes())
     return True
+
+
+def _run_shown(call: Sequence[str]) -> tuple[str, str, int]:
+    """Run a process that moves a rig, and show at once what it says, such as that it waits for the rig.
+
+    It is interrupted, and ends in order, where this process is interrupted by whatever signal, or dies.
+
+    Args:
+        call: The command.
+
+    Returns:
+        What it printed on stdout, its last line on stderr, and its exit code.
+    """
+    with subprocess.Popen(
+        call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env={**os.environ, PARENT_PID_VARIABLE: str(os.getpid())},
+    ) as running:  # fmt: skip
+        assert running.stderr is not None and running.stdout is not None
+        last = "no log"
+        try:
+            for line in running.stderr:
+                click.echo(line, err=True, nl=False)
+                last = line.strip() or last
+            printed = running.stdout.read()
+        except BaseException:
+            running.send_signal(signal.SIGINT)
+            raise
+    return printed, last, running.returncode
 
 
 def _print(found: Investigation) -> None:

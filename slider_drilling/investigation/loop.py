@@ -90,6 +90,7 @@ def investigate(
 
     Raises:
         InputError: A log cannot be used, or a file not written.
+        KeyboardInterrupt: Interrupted; what is finished is in the folder.
     """
     make_folder(folder)
     rounds: list[Round] = []
@@ -140,7 +141,11 @@ def _answer(
         def report(stage: str, share: float) -> None:
             progress(f"round {number}: {stage}", share)
 
-        write_diagnosis(diagnose(logs, rig, seed=options.seed, after=before, progress=report), own, units)
+        answer = diagnose(logs, rig, seed=options.seed, after=before, progress=report)
+        if answer.interrupted:
+            # It is not the answer to these logs: the same command diagnoses them again.
+            raise KeyboardInterrupt
+        write_diagnosis(answer, own, units)
     return read_round_answer(own / "diagnosis.json")
 
 
