@@ -218,7 +218,9 @@ def test_progress_counts_steps_and_time() -> None:
 
 def test_loaded_bit_is_refused_at_the_start() -> None:
     loaded = dataclasses.replace(RIG.hydraulics, reference_pressure=1.1 * RIG.hydraulics.reference_pressure)
-    assert "is the bit loaded?" in run(of(Rest(5.0)), plant(hydraulics=loaded)).reason
+    refused = run(of(Rest(5.0)), plant(hydraulics=loaded))
+    assert "is the bit loaded?" in refused.reason
+    assert str(refused.controller.progress()).startswith("aborted before the first step: standpipe pressure is")
 
 
 def test_connection_stops_and_starts_the_pump() -> None:
