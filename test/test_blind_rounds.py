@@ -68,6 +68,14 @@ def test_page_and_json_hold_every_arm():
     assert len(tree["cases"]) == len(RESULTS)
 
 
+def test_note_says_how_many_runs_were_planned():
+    def note(*arms):
+        return rounds_page([result(arm, "a", {"stribeck": 3.0}) for arm in ("routine", *arms)], False).notes[0]
+
+    assert note("planned 1", "random").endswith("longer than a programme may be.")
+    assert note("planned 1", "random", "planned 2", "planned 3").endswith("; then with 2 and 3 planned runs.")
+
+
 def test_headline_names_every_run_that_is_best():
     def headline(*results):
         return rounds_page(results, True).headline.text
