@@ -101,6 +101,17 @@ def test_clean_answer_goes_on_while_much_is_hidden(tmp_path, scripted):
     assert run(tmp_path).waits_for == tmp_path / "log2.mcap"
 
 
+def test_test_that_was_run_keeps_its_programme(tmp_path, scripted):
+    """Another --minutes or --programmes would plan another one, or none; the log is that of the first."""
+    scripted((answer(), 3.0, 2.9), (answer("effect", ["stribeck"], None), 0.0, 0.0))
+    (tmp_path / "programme1.yaml").write_text("what was run")
+    for number in (1, 2):
+        (tmp_path / f"log{number}.mcap").touch()
+    found = run(tmp_path)
+    assert [each.number for each in found.rounds] == [1, 2]
+    assert (tmp_path / "programme1.yaml").read_text() == "what was run"
+
+
 def test_interrupted_diagnosis_is_no_answer(tmp_path, monkeypatch):
     """An answer before every effect was tried is not kept: the same command diagnoses the log again."""
     monkeypatch.setattr(loop, "diagnose", lambda *logs, **options: SimpleNamespace(interrupted=True))
@@ -209,6 +220,7 @@ def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
         (["--on", "ros", "--size", "2"], "--size: only with --on sealed"),
         (["--on", "sealed", "--wait", "5"], "--wait: only with --on FOLDER"),
         (["--on", "sealed", "--effect", "heave"], "--effect: only with --on ros"),
+        (["--on", "sealed", "--minutes", "0"], "minutes 0: must be 1 to 30 min"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, arguments, words):
@@ -216,6 +228,7 @@ def test_wrong_options_are_refused(tmp_path, arguments, words):
     result = CliRunner().invoke(command, ["--rig", rig, *arguments, "-o", str(tmp_path / "out")])
     assert isinstance(result.exception, InputError)
     assert words in str(result.exception)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,8 @@ def command(
 
     _refuse_ignored(where)
     _check_values(namespace, drive_rig, effects, size, sealed_effects, wait)
+    plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
+    options = InvestigationOptions(rounds, not plan_first, plan, seed)
     rig = load_rig(rig_path)
     source = where if where in (SEALED, ROS) else FOLDER
     folder = Path(where) if source == FOLDER else output
@@ -104,8 +106,6 @@ def command(
     sealed = sealed_rig(rig, sealed_effects, size, seed) if source == SEALED else None
     keep_setup(folder, setup)
     record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait)
-    plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
-    options = InvestigationOptions(rounds, not plan_first, plan, seed)
     with progress_stages() as report:
         found = investigate(folder, rig, record, options, units, report)
     if sealed is not None:
@@ -233,6 +233,7 @@ def _run_shown(call: Sequence[str]) -> tuple[str, str, int]:
             printed = running.stdout.read()
         except BaseException:
             running.send_signal(signal.SIGINT)
+            running.communicate()  # it stops the rig before nobody reads what it says
             raise
     return printed, last, running.returncode
 

@@ -114,6 +114,10 @@ def investigate(
         before = plan.plan.baseline.loss
         after = plan.plan.planned.prospect.loss
         asked = answer.still_open is not None
+        was_run = log_path(folder, number + 1).is_file()  # maybe planned with other options: its files stay as they are
+        if was_run:
+            rounds.append(Round(number, answer, planned_test(plan), before, after))
+            continue
         if after > _WORTHWHILE * before or (not asked and before < _LITTLE):
             why = "the answer stands" if not asked else "nothing more can be learnt within the limits"
             return Investigation((*rounds, Round(number, answer, None, before, after)), why)
