@@ -215,7 +215,7 @@ class VectorSlideEnvironment(VectorEnv[Observation, Observation, Array]):
         """A seed for each slot, or None where its random numbers go on. Raises InputError."""
         if seed is None:
             return ()
-        given = [seed] if isinstance(seed, Integral) or not isinstance(seed, Iterable) else list(seed)
+        given: list[int | None] = list(seed) if isinstance(seed, Iterable) else [seed]
         for own in given:
             if own is not None and (isinstance(own, bool) or not isinstance(own, Integral) or own < 0):
                 raise InputError(f"reset: seed = {seed!r:.60}: give a whole number from 0 on, or one for each slot")
@@ -223,7 +223,7 @@ class VectorSlideEnvironment(VectorEnv[Observation, Observation, Array]):
             return [int(seed) + slot for slot in range(self.num_envs)]
         if len(given) != self.num_envs:
             raise InputError(f"reset: seed: {len(given)} seeds for {self.num_envs} slots; give one each")
-        return given
+        return [None if own is None else int(own) for own in given]
 
     def _check_running(self) -> None:
         if not self._started:
