@@ -5,6 +5,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from short_well import short_rig
 
 from slider_drilling.blind.cases import CasePlan, draw_cases
@@ -17,6 +18,7 @@ from slider_drilling.blind.rounds_page import rounds_page
 from slider_drilling.blind.score import score
 from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.campaign.run import CampaignOutcome
+from slider_drilling.commands.blind_check import command
 from slider_drilling.diagnosis.programme_numbers import programme_of, programme_variables
 from slider_drilling.drillstring import simulate
 from slider_drilling.files.installed_files import installed_file
@@ -68,6 +70,14 @@ def test_page_and_json_hold_every_arm():
     assert len(tree["cases"]) == len(RESULTS)
 
 
+def test_note_says_how_many_runs_were_planned():
+    def note(*arms):
+        return rounds_page([result(arm, "a", {"stribeck": 3.0}) for arm in ("routine", *arms)], False).notes[0]
+
+    assert note("planned 1", "random").endswith("longer than a programme may be.")
+    assert note("planned 1", "random", "planned 2", "planned 3").endswith("; then with 2 and 3 planned runs.")
+
+
 def test_headline_names_every_run_that_is_best():
     def headline(*results):
         return rounds_page(results, True).headline.text
@@ -90,6 +100,20 @@ def test_evidence_is_there_where_the_effect_is(tmp_path, bias, named):
     tree = evidence_for([read_log(tmp_path / "log.mcap")], ["torque_sensor_bias"])
     assert as_diagnosis(tree).named_effects == named
     assert tree["gains"]["torque_sensor_bias"] > -1e-6
+
+
+def test_json_holds_the_options_of_the_logs(tmp_path, monkeypatch):
+    """Whoever reads the figures can make the same rigs again."""
+    sealed = CampaignOutcome([], ResultFolder(tmp_path), completed=1)
+    monkeypatch.setattr("slider_drilling.blind.check.seal", lambda *arguments: sealed)
+    monkeypatch.setattr("slider_drilling.blind.rounds.check_rounds", lambda *arguments: (RESULTS, [sealed]))
+    given = ["--rounds", "1", "--minutes", "2", "--cases", "1", "--seed", "504", "--effects", "heave", "--sizes", "1.5",
+             "--plants", "model", "--duration", "120", "--evidence-only", "-o", str(tmp_path / "out")]  # fmt: skip
+    CliRunner().invoke(command, given, catch_exceptions=False, standalone_mode=False)
+    options = json.loads((tmp_path / "out" / "rounds.json").read_text())["options"]
+    expected = {"seed": 504, "effects": "heave", "sizes": "1.5", "plants": "model", "duration": 120.0, "cases": 1,
+                "rounds": 1, "minutes": 2.0, "evidence_only": True}  # fmt: skip
+    assert {name: options[name] for name in expected} == expected
 
 
 def test_interrupted_rounds_score_what_came_to_its_end(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from slider_drilling.programmes import Programme, Rotate, Slide, Step, StepLimit
 from slider_drilling.programmes.limits import complete
 from slider_drilling.programmes.progress import ProgrammeProgress, ProgrammeState, StepRecord
 from slider_drilling.programmes.rig_check import nominal_times
-from slider_drilling.slide_scenarios import stand_scenarios
+from slider_drilling.slide_scenarios import stand_run, stand_scenarios
 from slider_drilling.slide_scenarios.scenario import Scenario
 from slider_drilling.slide_scenarios.stand_run import StandScore, run_stand, score_stand
 from slider_drilling.slide_scenarios.stand_scenarios import STANDS, StandScenario
@@ -94,7 +95,20 @@ def test_slide_orients_from_rotation_and_leaves(tmp_path: Path, monkeypatch: pyt
     assert row["slid_m"] > 0.05
 
 
+def test_table_is_in_the_units_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    aborted = dataclasses.replace(score(), outcome="weight on bit may reach 151 kN, the limit is 150 kN")
+    monkeypatch.setattr(stand_run, "run_stands", lambda *arguments: iter([dataclasses.replace(aborted, name="short")]))
+    monkeypatch.setattr(stand_scenarios, "STANDS", (stand(SHORT),))
+    printed = CliRunner().invoke(group, ["closed-loop", "--stands", "--units", "field"], catch_exceptions=False).output
+    assert {"ft lbf", "klbf", "psi"} <= set(re.findall(r"ft lbf|klbf|psi|kN m|kN|bar", printed))
+    assert "kN" not in printed and "bar" not in printed
+    assert "33.7 klbf" in printed
+
+
 def test_command_refuses_options_without_meaning() -> None:
+    for more in (["--duration", "900"], ["--against", "no_rocking"], ["--scheduler", "tcp://nowhere:1"]):
+        done = CliRunner().invoke(group, ["closed-loop", "--stands", *more])
+        assert f"{more[0]}: has no meaning" in str(done.exception)
     for more in (["--faults"], ["--set", "gain=1"], ["--controller", "mine:Mine"]):
         done = CliRunner().invoke(group, ["closed-loop", "--stands", *more])
         assert done.exit_code and "--stands: cannot be used with" in str(done.exception or done.output)

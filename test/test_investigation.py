@@ -1,6 +1,8 @@
 """An investigation stops for a log, goes on where its files end, and ends for a reason."""
 
 import json
+import signal
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from short_well import short_rig
 
-from slider_drilling.commands.investigate import command
+from slider_drilling.commands.investigate import command, run_on_ros
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.gap.experiment_design.plan import PlannedRun, TestPlan
@@ -20,6 +22,8 @@ from slider_drilling.investigation.sealed_source import folder_recorder, sealed_
 from slider_drilling.investigation.setup import FILE, InvestigationSetup, check_setup, keep_setup
 from slider_drilling.log import read_log
 from slider_drilling.pages import page_html
+from slider_drilling.process import own_path
+from slider_drilling.process.shutdown import TerminationSignal
 from slider_drilling.programmes import Programme, Rest, Step, load_programme, open_loop_commands
 from slider_drilling.programmes.open_loop import SETTLING
 from slider_drilling.rig import dump_rig, load_rig
@@ -95,6 +99,27 @@ def test_clean_answer_goes_on_while_much_is_hidden(tmp_path, scripted):
     scripted((answer("none", asked=None), 3.0, 1.0))
     (tmp_path / "log1.mcap").touch()
     assert run(tmp_path).waits_for == tmp_path / "log2.mcap"
+
+
+def test_test_that_was_run_keeps_its_programme(tmp_path, scripted):
+    """Another --minutes or --programmes would plan another one, or none; the log is that of the first."""
+    scripted((answer(), 3.0, 2.9), (answer("effect", ["stribeck"], None), 0.0, 0.0))
+    (tmp_path / "programme1.yaml").write_text("what was run")
+    for number in (1, 2):
+        (tmp_path / f"log{number}.mcap").touch()
+    found = run(tmp_path)
+    assert [each.number for each in found.rounds] == [1, 2]
+    assert (tmp_path / "programme1.yaml").read_text() == "what was run"
+
+
+def test_interrupted_diagnosis_is_no_answer(tmp_path, monkeypatch):
+    """An answer before every effect was tried is not kept: the same command diagnoses the log again."""
+    monkeypatch.setattr(loop, "diagnose", lambda *logs, **options: SimpleNamespace(interrupted=True))
+    monkeypatch.setattr(loop, "read_log", lambda path: None)
+    monkeypatch.setattr(loop, "write_diagnosis", lambda answer, folder, units: pytest.fail("written"))
+    (tmp_path / "log1.mcap").touch()
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path)
 
 
 def test_rounds_are_not_exceeded(tmp_path, scripted):
@@ -195,6 +220,7 @@ def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
         (["--on", "ros", "--size", "2"], "--size: only with --on sealed"),
         (["--on", "sealed", "--wait", "5"], "--wait: only with --on FOLDER"),
         (["--on", "sealed", "--effect", "heave"], "--effect: only with --on ros"),
+        (["--on", "sealed", "--minutes", "0"], "minutes 0: must be 1 to 30 min"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, arguments, words):
@@ -202,6 +228,7 @@ def test_wrong_options_are_refused(tmp_path, arguments, words):
     result = CliRunner().invoke(command, ["--rig", rig, *arguments, "-o", str(tmp_path / "out")])
     assert isinstance(result.exception, InputError)
     assert words in str(result.exception)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -222,6 +249,28 @@ def test_folder_refuses_what_it_would_ignore(tmp_path, arguments, words):
     assert isinstance(result.exception, InputError)
     assert str(result.exception).startswith(words)
     assert not (tmp_path / "well").exists()
+
+
+def test_interrupt_ends_the_run_in_order(tmp_path, monkeypatch):
+    """Whatever signal ends the command, the process that moves the rig is interrupted and comes to its end."""
+    ended = tmp_path / "ended"
+    moving = (
+        "import sys, time\n"
+        "try:\n"
+        "    print('waiting for the rig', file=sys.stderr, flush=True)\n"
+        "    time.sleep(60.0)\n"
+        "except KeyboardInterrupt:\n"
+        f"    open({str(ended)!r}, 'w').close()\n"
+    )
+
+    def interrupted(line, **options):
+        raise TerminationSignal(signal.SIGTERM)
+
+    monkeypatch.setattr("slider_drilling.commands.investigate.click.echo", interrupted)
+    monkeypatch.setattr(own_path, "worker_command", lambda *arguments: [sys.executable, "-c", moving])
+    with pytest.raises(TerminationSignal):
+        run_on_ros(tmp_path / "rig", tmp_path / "programme", tmp_path / "log1.mcap", effects=(), driven="/rig")
+    assert ended.exists()
 
 
 SETUP = InvestigationSetup("sealed", short_rig(), 3, ("heave",), 1.5)

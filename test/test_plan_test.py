@@ -3,7 +3,9 @@
 import json
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -26,6 +28,7 @@ from slider_drilling.pages import page_html
 from slider_drilling.programmes import Programme, Rest, Step, dump_programme, open_loop_commands, parse_programme
 from slider_drilling.programmes.limits import StepLimits
 from slider_drilling.programmes.progress import ProgrammeState
+from slider_drilling.rig import dump_rig
 from slider_drilling.test_planning.drilling_plan import PlanTestOptions, plan_after, plan_before_logs
 from slider_drilling.test_planning.plan_json import plan_json
 from slider_drilling.test_planning.plan_page import plan_page
@@ -93,6 +96,39 @@ def test_page_and_json_hold_every_step(plan):
     assert parse_programme(tree["programme"]) == plan.programme
     assert [each["name"] for each in tree["alternatives"]] == ["planned", "routine", "commissioning"]
     assert json.dumps(tree, allow_nan=False)
+
+
+@pytest.mark.parametrize("saved", [True, False])
+def test_page_names_a_command_that_can_be_run(plan, tmp_path, saved):
+    """A log that was diagnosed for the plan alone has left no diagnosis to start from."""
+    source = tmp_path / "diagnosis.json"
+    if saved:
+        source.touch()
+    answer = EarlierAnswer(str(source) if saved else "the diagnosis", ("my log.mcap",), "effect_and_unknown", (), ())
+    page = plan_page(replace(plan, after=answer))
+    command = "Then: slider-drilling diagnose 'my log.mcap' NEW_LOG --together"
+    assert str(page.notes[-1]) == (f"{command} --after {source}" if saved else command)
+    assert ("known before", "1 log, verdict: effect and unknown") in page.facts
+    assert "just on bottom without weight" in str(page.notes[0])
+
+
+def test_toolface_swing_is_in_the_json(plan):
+    limits = replace(plan.programmes.limits, tool_face_swing=0.5)
+    held = replace(plan, programmes=replace(plan.programmes, limits=limits))
+    assert plan_json(plan)["tool_face_swing"] is None
+    assert plan_json(held)["tool_face_swing"] == 0.5
+
+
+def test_no_test_follows_from_an_interrupted_diagnosis(tmp_path, monkeypatch):
+    interrupted = SimpleNamespace(diagnosis=SimpleNamespace(interrupted=True))
+    monkeypatch.setattr("slider_drilling.api.diagnose.diagnose", lambda *logs, **options: interrupted)
+    monkeypatch.setattr("slider_drilling.log.read_log", lambda path, rig: None)
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(dump_rig(short_rig()))
+    given = ["--after", str(tmp_path / "run.mcap"), "--rig", str(rig), "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(command, given, standalone_mode=False)
+    assert isinstance(result.exception, click.Abort | KeyboardInterrupt)
+    assert not (tmp_path / "out" / FILES[0]).exists()
 
 
 def test_plan_after_a_log_separates_its_explanations(tmp_path):

@@ -218,7 +218,9 @@ def test_progress_counts_steps_and_time() -> None:
 
 def test_loaded_bit_is_refused_at_the_start() -> None:
     loaded = dataclasses.replace(RIG.hydraulics, reference_pressure=1.1 * RIG.hydraulics.reference_pressure)
-    assert "is the bit loaded?" in run(of(Rest(5.0)), plant(hydraulics=loaded)).reason
+    refused = run(of(Rest(5.0)), plant(hydraulics=loaded))
+    assert "is the bit loaded?" in refused.reason
+    assert str(refused.controller.progress()).startswith("aborted before the first step: standpipe pressure is")
 
 
 def test_connection_stops_and_starts_the_pump() -> None:
@@ -244,6 +246,14 @@ def test_programme_that_the_rig_cannot_run_is_refused(action: object, limits: di
         return
     with pytest.raises(InputError, match=message):
         ProgrammeController(RIG, of(action, **limits))
+
+
+def test_a_short_slide_without_flow_is_refused() -> None:
+    """It ends with the bit lifted above where it began, but drills in between."""
+    slide = Slide(0.5, time=60.0)
+    nominal_times(of(slide), RIG)
+    with pytest.raises(InputError, match=r"steps\[1\].slide: the block is lowered with less than 30 %"):
+        nominal_times(of(Flow(0.0), slide), RIG)
 
 
 @pytest.mark.parametrize("name", ["left_torque", "right_torque"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from pathlib import Path
@@ -13,11 +14,21 @@ import slider_drilling as sd
 from slider_drilling.commands.programme_file import prepare_programme
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
-from slider_drilling.programmes import MakeConnection, Rest, Rotate, Slide, Step, parse_programme
+from slider_drilling.programmes import (
+    MakeConnection,
+    Rest,
+    Rotate,
+    Slide,
+    Step,
+    dump_programme,
+    open_loop_commands,
+    parse_programme,
+)
 from slider_drilling.programmes.find_programme import BUILT_IN, find_programme
 from slider_drilling.programmes.rig_check import nominal_times
 
 ROOT = Path(__file__).parents[1]
+BUILT_IN_FILE = ROOT / BUILT_IN["commissioning"]
 PAGE = (ROOT / "docs/how_to/programmes.md").read_text()
 SHEET = "from [ft],to [ft],mode,toolface,rpm\n13123.4,13152.9,rotate,,60\n13152.9,13182.4,slide,-45,\n,,connection,,\n"
 
@@ -108,3 +119,18 @@ def test_simulate_takes_a_drive_or_a_programme(rig: sd.Rig) -> None:
         sd.simulate(rig)
     with pytest.raises(InputError, match="a programme gives the toolface"):
         sd.simulate(rig, programme="stand", target=1.0)
+
+
+def test_a_simulated_rig_refuses_a_programme_that_starts_off_bottom(rig: sd.Rig, tmp_path: Path) -> None:
+    """The guard of weight would believe the bit off bottom where it is not."""
+    programme = dataclasses.replace(sd.load_programme(BUILT_IN_FILE), bit_height=1.2)
+    nominal_times(programme, rig)  # a real rig may start so
+    path = tmp_path / "high.yaml"
+    path.write_text(dump_programme(programme))
+    refused = pytest.raises(InputError, match=r"bit_height = 1\.2 m: .* leave it out and begin with a pick_up")
+    with refused:
+        sd.simulate(rig, programme=programme)
+    with refused:
+        prepare_programme(str(path), rig, tmp_path)
+    with refused:
+        open_loop_commands(programme, rig)

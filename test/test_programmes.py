@@ -62,6 +62,11 @@ def test_units_beside_numbers_are_converted() -> None:
         ("{rest: {time: 1 s}, limits: {bit: up}}", "must be on bottom, off bottom or either"),
         ("{rest: {time: 1 s}, limits: {weight_on_bit: 100}}", "is this 100 kN"),
         ("slide: {tool_face: 30, time: 60 s}", "write 30 deg"),
+        ("{rest: {time: 1 s}, limits: []}", r"steps\[0\].limits = \[\]: expected keys and values"),
+        ("{rest: {time: 1 s}, limits: 0}", r"steps\[0\].limits = 0: expected keys and values"),
+        ("{rest: {time: 1 s}, note: false}", r"steps\[0\].note = False: expected text"),
+        ("{rest: {time: 1 s}, limits: {weight_on_bit: 1 kN}}", "must be at least 5000 N$"),
+        ("{rest: {time: 1 s}, limits: {tool_face_tolerance: 20}}", "at most 3.14159 rad .15 to 180 deg"),
     ],
 )
 def test_bad_steps_are_refused_by_name(line: str, message: str) -> None:

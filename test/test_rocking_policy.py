@@ -97,3 +97,13 @@ def test_gradients_are_those_of_the_loss():
 def test_missing_weights_are_named(tmp_path):
     with pytest.raises(sd.InputError, match="no policy"):
         policy_module.TrainedRocking(sd.load_rig(), tmp_path / "none.npz")
+
+
+def test_training_goes_on_counting(tmp_path):
+    """The weights of the folder hold no moments of the optimiser, which starts anew; their updates count on."""
+    policy, optimiser, updates = training.load(policy_module.WEIGHTS)
+    assert (optimiser.steps, updates) == (0, 95)
+    optimiser.steps = 32
+    training.save(tmp_path / "weights.npz", policy, optimiser, updates + 1)
+    _, optimiser, updates = training.load(tmp_path / "weights.npz")
+    assert (optimiser.steps, updates) == (32, 96)

@@ -223,6 +223,27 @@ def test_bad_argument_is_named(options, message):
         slides(**{"n": 2, **options})
 
 
+@pytest.mark.parametrize("option", [{"foreign": 0.5}, {"effects": ["heave"]}])
+def test_rigs_that_are_given_refuse_what_would_change_them(option):
+    with pytest.raises(sd.InputError, match=f"{next(iter(option))}: several rigs are used exactly as they are"):
+        slides(2, rig=[sd.load_rig()], **option)
+
+
+@pytest.mark.parametrize("seed", [-1, 2.5, True, "ab", [0, -1], [0, 1.5]])
+def test_bad_seeds_are_refused(seed):
+    with pytest.raises(sd.InputError, match=r"seed = .*: give a whole number from 0 on, or one for each slot"):
+        slides(2).reset(seed=seed)
+
+
+def test_every_slot_starts_before_some_start_again():
+    """A slot that never started has no string."""
+    many = slides(2, autoreset="disabled")
+    with pytest.raises(sd.InputError, match="no slot has started yet"):
+        many.reset(options={"reset_mask": np.array([True, False])})
+    many.reset(seed=0)
+    many.reset(options={"reset_mask": np.array([True, False])})
+
+
 def test_bad_actions_are_refused():
     many = slides(2)
     with pytest.raises(RuntimeError, match="reset"):

@@ -183,18 +183,18 @@ class Trainer:
         return r
 
 
-def save(path: Path, policy: Policy, optimiser: Adam) -> None:
-    """Write policy and optimiser; training goes on from them."""
+def save(path: Path, policy: Policy, optimiser: Adam, updates: int) -> None:
+    """Write policy, optimiser and the number of updates; training goes on from them."""
     moments = {f"adam{order}_{name}": value for order, moment in ((1, optimiser.first), (2, optimiser.second))
                for name, value in moment.items()}  # fmt: skip
     stored = {name: value.astype(np.float32) for name, value in (policy.parameters | moments).items()}
     partial = path.with_suffix(".part.npz")
-    np.savez_compressed(partial, **stored, adam_steps=np.array(optimiser.steps))
+    np.savez_compressed(partial, **stored, adam_steps=np.array(optimiser.steps), adam_updates=np.array(updates))
     partial.replace(path)
 
 
-def load(path: Path) -> tuple[Policy, Adam]:
-    """Policy and optimiser of a file."""
+def load(path: Path) -> tuple[Policy, Adam, int]:
+    """Policy, optimiser and number of updates of a file; one without the optimiser's moments starts it anew."""
     policy = Policy.load(path)
     optimiser = Adam(policy.parameters)
     with np.load(path) as stored:
@@ -202,7 +202,9 @@ def load(path: Path) -> tuple[Policy, Adam]:
             optimiser.steps = int(stored["adam_steps"])
             for order, moment in ((1, optimiser.first), (2, optimiser.second)):
                 moment.update({name: stored[f"adam{order}_{name}"] for name in moment})
-    return policy, optimiser
+        steps = int(stored["adam_steps"]) if "adam_steps" in stored.files else 0
+        updates = int(stored["adam_updates"]) if "adam_updates" in stored.files else steps // (EPOCHS * MINIBATCHES)
+    return policy, optimiser, updates
 
 
 def main() -> None:
@@ -216,14 +218,14 @@ def main() -> None:
     options = parser.parse_args()
     if options.fresh or not options.weights.exists():
         policy = Policy.random(options.seed)
-        optimiser = Adam(policy.parameters)
+        optimiser, updates = Adam(policy.parameters), 0
     else:
-        policy, optimiser = load(options.weights)
-    trainer = Trainer(policy, optimiser, options.seed + optimiser.steps)
+        policy, optimiser, updates = load(options.weights)
+    trainer = Trainer(policy, optimiser, options.seed + updates)
     start = saved = time.monotonic()
     while time.monotonic() - start < 60.0 * options.minutes:
         r = trainer.update(options.rate)
-        updates = optimiser.steps // (EPOCHS * MINIBATCHES)
+        updates += 1
         error = math.degrees(float(trainer.error.mean())) if trainer.error.size else math.nan
         slid = updates * STEPS * SLOTS * INTERVAL / 3600.0
         spread = np.exp(policy.parameters["log_std"]).round(2)
@@ -233,9 +235,9 @@ def main() -> None:
             flush=True,
         )
         if time.monotonic() - saved > 60.0:
-            save(options.weights, policy, optimiser)
+            save(options.weights, policy, optimiser, updates)
             saved = time.monotonic()
-    save(options.weights, policy, optimiser)
+    save(options.weights, policy, optimiser, updates)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from slider_drilling.log import TOPICS, RigLog, save_log
 from slider_drilling.programmes import Programme, dump_programme
 from slider_drilling.programmes.controller import ProgrammeController
 from slider_drilling.programmes.find_programme import FoundProgramme, find_programme
+from slider_drilling.programmes.open_loop import check_simulated_start
 from slider_drilling.programmes.progress import ProgrammeProgress
 from slider_drilling.programmes.rig_check import check_start_depth
 from slider_drilling.rig import Rig
@@ -211,6 +212,7 @@ def _run_programme(
     found = FoundProgramme(source, None) if isinstance(source, Programme) else find_programme(source)
     name = "programme" if isinstance(source, Programme) else str(source)
     check_start_depth(found.start, known, name)
+    check_simulated_start(found.programme, name)
     controller = ProgrammeController(known, found.programme, name)
     longest = controller.longest_time if duration is None else duration
     check_run(rig, longest, 0.0, seed, elements, start, "simulate")

@@ -74,7 +74,12 @@ def vector_env(
         raise InputError(f"vector_env: {error}; pip install 'slider_drilling[gym]'") from None
     options = EpisodeOptions(duration, samples, actions, autoreset, threads)
     if rig is not None and not isinstance(rig, Rig):
-        return VectorSlideEnvironment(n, given_rigs(_several(rig, drawn), duration), elements, options)
+        several = _several(rig, drawn)
+        for name, asked in (("foreign", foreign != 0.0), ("effects", not isinstance(effects, bool))):
+            if asked:
+                raise InputError(f"vector_env: {name}: several rigs are used exactly as they are; leave it out, or "
+                                 "give one rig to draw around")  # fmt: skip
+        return VectorSlideEnvironment(n, given_rigs(several, duration), elements, options)
     if not isinstance(effects, bool) and (isinstance(effects, str) or not isinstance(effects, Sequence)):
         raise InputError(f"vector_env: effects = {effects!r}: give True, False or a list of names")
     count = min(n, DRAWN) if drawn is None else drawn

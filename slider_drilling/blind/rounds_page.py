@@ -46,9 +46,9 @@ def rounds_page(results: Sequence[ArmResult], evidence_only: bool) -> Page:
         for own in by_log.values()
     )
     notes = [
-        "Every case is one rig of foreign structure. Its routine log is diagnosed alone, then together with one more "
+        "Every case is one sealed rig. Its routine log is diagnosed alone, then together with one more "
         "run: planned, a second routine log, a random programme, and the fixed commissioning programme, none of them "
-        "longer than a programme may be; then with two planned runs.",
+        f"longer than a programme may be{_further(names)}.",
     ]  # fmt: skip
     if evidence_only:
         notes.append(
@@ -67,6 +67,12 @@ def rounds_page(results: Sequence[ArmResult], evidence_only: bool) -> Page:
         "Blind check in rounds", f"{len(by_log)} sealed rigs", sections, headline=Headline(_headline(arms)),
         notes=tuple(notes),
     )  # fmt: skip
+
+
+def _further(arms: Sequence[str]) -> str:
+    """What was diagnosed after the first planned run, by the names of the arms."""
+    numbers = [name.removeprefix("planned ") for name in arms if name.startswith("planned ")][1:]
+    return f"; then with {' and '.join(numbers)} planned runs" if numbers else ""
 
 
 def _headline(arms: Sequence[ArmTotals]) -> str:

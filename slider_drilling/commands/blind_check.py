@@ -161,12 +161,14 @@ def command(
             raise InputError(f"{output}: no log could be made: {next(iter(outcome.failed.values()))}")
         if seal_only or outcome.stop_code:
             return outcome.exit_code
-        if rounds:
-            return _rounds(drawn, Path(str(rig)), output, (rounds, minutes, evidence_only), run, as_json, units)
-        sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "log_defects": log_defects, "plants": plants, "duration": duration,
-                   "rig": str(rig_path or ""), "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
+                   "rig": str(rig_path or "")}  # fmt: skip
+        if rounds:
+            options |= {"rounds": rounds, "minutes": minutes, "evidence_only": evidence_only}
+            return _rounds(drawn, Path(str(rig)), output, options, run, as_json, units)
+        sealed, stems = output, [case.file_stem() for case in drawn]
+        options |= {"repeats": repeats, "oracle": oracle, "only": only}
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
@@ -190,7 +192,7 @@ def _refuse_ignored(from_logs: bool, with_answers: bool, seal_only: bool, with_r
 
 
 def _rounds(
-    drawn: Sequence[Case], rig: Path, output: Path, asked: tuple[int, float, bool], run: JobRunner, as_json: bool,
+    drawn: Sequence[Case], rig: Path, output: Path, options: dict[str, Any], run: JobRunner, as_json: bool,
     units: Units,
 ) -> int:  # fmt: skip
     from rich.table import Table
@@ -203,12 +205,11 @@ def _rounds(
     from slider_drilling.files.output_files import write_atomically
     from slider_drilling.pages import write_page
 
-    rounds, minutes, evidence_only = asked
-    request = RoundsRequest(rounds, minutes, evidence_only=evidence_only)
+    evidence_only = bool(options["evidence_only"])
+    request = RoundsRequest(options["rounds"], options["minutes"], evidence_only=evidence_only)
     results, stages = check_rounds(drawn, rig, output, request, run)
-    options = {"cases": len(drawn), "rounds": rounds, "minutes": minutes, "evidence_only": evidence_only,
-               "code": code_version()}  # fmt: skip
-    tree, paths = rounds_json(results, options), (output / "rounds.json", output / "rounds.html")
+    tree = rounds_json(results, {**options, "code": code_version()})
+    paths = (output / "rounds.json", output / "rounds.html")
 
     def show() -> None:
         table = Table(*HEADS)

@@ -94,12 +94,13 @@ def command(
         if every or faults or name or sets or rig_path or foreign or slides is not None or slide is not None:
             raise InputError("--stands: cannot be used with --all, --faults, --controller, --set, --rig, --foreign, "
                              "--campaign or --slide; give it alone or with --only")
+        _refuse_ignored(None, None)
         from slider_drilling.commands.closed_loop_stands import list_stands, run_stands
 
         if listing:
             _list(list_stands(), as_json)
         else:
-            run_stands(only, seed, elements, jobs, output, as_json)
+            run_stands(only, seed, elements, jobs, output, as_json, units)
         return 0
     if listing:
         _list([(scenario.name, scenario.about) for scenario in _known(every, faults)], as_json)

@@ -11,6 +11,7 @@ from slider_drilling.commands.options import write_and_print
 if TYPE_CHECKING:
     from slider_drilling.slide_scenarios.stand_run import StandScore
     from slider_drilling.slide_scenarios.stand_scenarios import StandScenario
+    from slider_drilling.units import Units
 
 
 def list_stands() -> list[tuple[str, str]]:
@@ -21,7 +22,7 @@ def list_stands() -> list[tuple[str, str]]:
 
 
 def run_stands(
-    only: tuple[str, ...], seed: int, elements: int, jobs: int, output: Path | None, as_json_text: bool
+    only: tuple[str, ...], seed: int, elements: int, jobs: int, output: Path | None, as_json_text: bool, units: Units
 ) -> None:
     """Run the stands, then write closed_loop_stands.json and print the table.
 
@@ -32,6 +33,7 @@ def run_stands(
         jobs: Number of processes.
         output: Folder for the file, or None.
         as_json_text: Whether to print JSON in place of the table.
+        units: Of the table.
 
     Raises:
         InputError: No stand has such a name, or the file cannot be written.
@@ -63,7 +65,7 @@ def run_stands(
         write_atomically(output / "closed_loop_stands.json", json.dumps(tree, indent=1).encode("utf-8"))
         return (output / "closed_loop_stands.json",)
 
-    write_and_print(tree if as_json_text else None, lambda: print_stands(rows), write)
+    write_and_print(tree if as_json_text else None, lambda: print_stands(rows, units), write)
 
 
 def _chosen(only: tuple[str, ...]) -> list[StandScenario]:
@@ -76,19 +78,21 @@ def _chosen(only: tuple[str, ...]) -> list[StandScenario]:
     return [stand for stand in STANDS if not only or stand.name.startswith(only)]
 
 
-def print_stands(rows: list[StandScore]) -> None:
-    """Print the table, and why a stand was aborted."""
+def print_stands(rows: list[StandScore], units: Units) -> None:
+    """Print the table, and why a stand was not done."""
     from rich.table import Table
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.slide_scenarios.stand_table import HEADER, terminal_row
+    from slider_drilling.slide_scenarios.stand_table import terminal_header, terminal_row
+    from slider_drilling.units import quantities_in
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for index, label in enumerate(HEADER):
+    for index, label in enumerate(terminal_header(units)):
         table.add_column(label, justify="right" if index else "left", overflow="fold")
     for row in rows:
-        table.add_row(*terminal_row(row))
+        table.add_row(*terminal_row(row, units))
     stdout().print(table)
     for row in rows:
         if row.outcome != "done":
-            stdout().print(f"{row.name}: aborted after {row.duration_s:.0f} s: {row.outcome}", markup=False)
+            said = units.convert_text(quantities_in(row.outcome))
+            stdout().print(f"{row.name}, {row.duration_s:.0f} s: {said}", markup=False)

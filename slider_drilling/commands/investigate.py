@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.options import SEED, given_options, json_option, units_option_with, write_and_print
+from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 if TYPE_CHECKING:
     from slider_drilling.investigation.loop import Investigation, Recorder
@@ -93,6 +95,8 @@ def command(
 
     _refuse_ignored(where)
     _check_values(namespace, drive_rig, effects, size, sealed_effects, wait)
+    plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
+    options = InvestigationOptions(rounds, not plan_first, plan, seed)
     rig = load_rig(rig_path)
     source = where if where in (SEALED, ROS) else FOLDER
     folder = Path(where) if source == FOLDER else output
@@ -102,8 +106,6 @@ def command(
     sealed = sealed_rig(rig, sealed_effects, size, seed) if source == SEALED else None
     keep_setup(folder, setup)
     record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait)
-    plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
-    options = InvestigationOptions(rounds, not plan_first, plan, seed)
     with progress_stages() as report:
         found = investigate(folder, rig, record, options, units, report)
     if sealed is not None:
@@ -185,6 +187,7 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         InputError: The programme did not come to its end.
     """
     from slider_drilling.errors import InputError
+    from slider_drilling.files.output_files import write_atomically
     from slider_drilling.process.own_path import worker_command
 
     folder = log.with_suffix(".run")
@@ -195,22 +198,44 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         call = [sys.executable, "-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme),
                 "--record", str(folder), "--json"]  # fmt: skip
         call += [part for effect in effects for part in ("--effect", effect)]
-    # What nodes say, such as that they wait for a rig, is shown at once.
-    with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stderr is not None and running.stdout is not None
-        last = "no log"
-        for line in running.stderr:
-            click.echo(line, err=True, nl=False)
-            last = line.strip() or last
-        printed = running.stdout.read()
+    printed, last, code = _run_shown(call)
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []
-    if running.returncode == 1 and printed:
+    if code == 1 and printed:
         reason = json.loads(printed)["programme"]["reason"]
         raise InputError(f"{programme}: aborted: {reason}; its log so far: {folder}")
-    if running.returncode or not logs:
-        raise InputError(f"{programme}: the run ended with code {running.returncode}: {last}")
-    shutil.copyfile(logs[-1], log)
+    if code or not logs:
+        raise InputError(f"{programme}: the run ended with code {code}: {last}")
+    write_atomically(log, logs[-1].read_bytes())
     return True
+
+
+def _run_shown(call: Sequence[str]) -> tuple[str, str, int]:
+    """Run a process that moves a rig, and show at once what it says, such as that it waits for the rig.
+
+    It is interrupted, and ends in order, where this process is interrupted by whatever signal, or dies.
+
+    Args:
+        call: The command.
+
+    Returns:
+        What it printed on stdout, its last line on stderr, and its exit code.
+    """
+    with subprocess.Popen(
+        call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env={**os.environ, PARENT_PID_VARIABLE: str(os.getpid())},
+    ) as running:  # fmt: skip
+        assert running.stderr is not None and running.stdout is not None
+        last = "no log"
+        try:
+            for line in running.stderr:
+                click.echo(line, err=True, nl=False)
+                last = line.strip() or last
+            printed = running.stdout.read()
+        except BaseException:
+            running.send_signal(signal.SIGINT)
+            running.communicate()  # it stops the rig before nobody reads what it says
+            raise
+    return printed, last, running.returncode
 
 
 def _print(found: Investigation) -> None:

@@ -107,7 +107,10 @@ def _diagnosed(
     log = read_log(after, rig_path)
     rig = log.rig() if rig_path is None else load_rig(rig_path)
     check_on_rig(limits, rig)
-    return diagnose([log], None if rig_path is None else rig, progress=report)
+    answer = diagnose([log], None if rig_path is None else rig, progress=report)
+    if answer.diagnosis.interrupted:
+        raise KeyboardInterrupt  # no test follows from half an answer
+    return answer
 
 
 def _print(result: TestPlanResult, units: Units) -> None:

@@ -37,11 +37,12 @@ def prepare_programme(name: str, rig: Rig, folder: Path) -> ProgrammeFile:
     from slider_drilling.files.output_files import write_atomically
     from slider_drilling.programmes import dump_programme
     from slider_drilling.programmes.find_programme import find_programme
-    from slider_drilling.programmes.open_loop import SETTLING
+    from slider_drilling.programmes.open_loop import SETTLING, check_simulated_start
     from slider_drilling.programmes.rig_check import check_start_depth, nominal_times
 
     found = find_programme(name)
     check_start_depth(found.start, rig, name)
+    check_simulated_start(found.programme, name)
     times = nominal_times(found.programme, rig, name)
     path = found.path
     if path is None:

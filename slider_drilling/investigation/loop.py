@@ -90,6 +90,7 @@ def investigate(
 
     Raises:
         InputError: A log cannot be used, or a file not written.
+        KeyboardInterrupt: Interrupted; what is finished is in the folder.
     """
     make_folder(folder)
     rounds: list[Round] = []
@@ -113,6 +114,10 @@ def investigate(
         before = plan.plan.baseline.loss
         after = plan.plan.planned.prospect.loss
         asked = answer.still_open is not None
+        was_run = log_path(folder, number + 1).is_file()  # maybe planned with other options: its files stay as they are
+        if was_run:
+            rounds.append(Round(number, answer, planned_test(plan), before, after))
+            continue
         if after > _WORTHWHILE * before or (not asked and before < _LITTLE):
             why = "the answer stands" if not asked else "nothing more can be learnt within the limits"
             return Investigation((*rounds, Round(number, answer, None, before, after)), why)
@@ -140,7 +145,11 @@ def _answer(
         def report(stage: str, share: float) -> None:
             progress(f"round {number}: {stage}", share)
 
-        write_diagnosis(diagnose(logs, rig, seed=options.seed, after=before, progress=report), own, units)
+        answer = diagnose(logs, rig, seed=options.seed, after=before, progress=report)
+        if answer.interrupted:
+            # It is not the answer to these logs: the same command diagnoses them again.
+            raise KeyboardInterrupt
+        write_diagnosis(answer, own, units)
     return read_round_answer(own / "diagnosis.json")
 
 

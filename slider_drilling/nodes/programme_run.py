@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from slider_drilling.control.interface import Controller
 from slider_drilling.errors import InputError
-from slider_drilling.programmes import load_programme
 from slider_drilling.programmes.controller import ProgrammeController
+from slider_drilling.programmes.find_programme import find_programme
 from slider_drilling.programmes.progress import ProgrammeProgress
+from slider_drilling.programmes.rig_check import check_start_depth
 from slider_drilling.rig import Rig
 
 END_DELAY = 5.0  # s of rig time for which the node goes on after the programme's end
@@ -16,7 +17,8 @@ class ProgrammeRun:
     """What the node does beside stepping a programme's controller.
 
     Args:
-        path: Of the programme; empty where the node runs another controller.
+        path: Of the programme or slide sheet, or the name of a built-in one; empty where the node runs another
+            controller.
         ends_node: Whether the node ends with the programme.
     """
 
@@ -28,7 +30,9 @@ class ProgrammeRun:
 
     def load(self, rig: Rig) -> Controller:
         """The programme's controller, from its first step on. Raises InputError."""
-        self._controller = ProgrammeController(rig, load_programme(self.path), self.path)
+        found = find_programme(self.path)
+        check_start_depth(found.start, rig, self.path)
+        self._controller = ProgrammeController(rig, found.programme, self.path)
         self._ended_at = None
         return self._controller
 

@@ -9,7 +9,6 @@ from typing import cast
 from rclpy.clock import ROSClock
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import read_text
 from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
@@ -30,6 +29,7 @@ from slider_drilling.nodes.rig_parameter import read_rig
 from slider_drilling.nodes.services import trigger_service
 from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
+from slider_drilling.programmes.find_programme import programme_text
 
 RECORDED = (*TOPICS.values(), *TWIN_TOPICS, DIAGNOSTICS, raw_topics.PUMP_COMMAND, DRIVES_COMMAND,
             raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)  # fmt: skip
@@ -60,7 +60,7 @@ class Recorder(ManagedNode):
         NodeParameter("directory", ".", "folder of the bag, made if it is missing; if it is a bag, the log goes in it"),
         NodeParameter("file", "", "name of the log; empty: slide_ and the time"),
         NodeParameter("rig", "", "path of the rig file to attach; empty: what arrives on rig_description"),
-        NodeParameter("programme", "", "path of the programme to attach; empty: none"),
+        NodeParameter("programme", "", "programme to attach, as for the controller; empty: none"),
         NodeParameter("notes", "", "free text for the log's metadata"),
         NodeParameter("topics", [""], "further topics to record beside the rig's own"),
         NodeParameter("regex", "", "also record every topic whose full name matches this regular expression"),
@@ -81,7 +81,7 @@ class Recorder(ManagedNode):
         values = self.values
         topic_filter = TopicFilter(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = read_rig(values["rig"])[1] if values["rig"] else None
-        programme = read_text(values["programme"], "programme") if values["programme"] else None
+        programme = programme_text(values["programme"]) if values["programme"] else None
         settings = BagSettings(
             rig_text, "slider_drilling recorder", values["notes"], values["split_size"], values["split_duration"],
             programme,

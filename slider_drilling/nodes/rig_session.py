@@ -19,6 +19,7 @@ from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, node_maker, spin
+from slider_drilling.process.parent_death import interrupt_with_parent
 from slider_drilling.programmes.progress import ProgrammeProgress
 
 
@@ -62,19 +63,27 @@ def _run(
     return recorder.path, controller.programme_progress
 
 
+def why_not_done(progress: ProgrammeProgress | None) -> str:
+    """Why a programme did not come to its end; empty if it did."""
+    if progress is None:
+        return "it never began"
+    return progress.reason if progress.state.ended else f"interrupted: {progress}"
+
+
 def main() -> int:
-    """Run a programme and print its log as JSON; exit code 0 at its end, 1 if it was aborted, 2 for a mistake."""
+    """Run a programme and print its log as JSON; exit code 0 at its end, 1 if it did not get there, 2 for a mistake."""
     if len(sys.argv) not in (4, 5):
         print(__doc__, file=sys.stderr)
         return 2
     rig, programme, folder, *rest = sys.argv[1:]
+    interrupt_with_parent()
     environment.prepare()
     try:
         log, progress = run_on_rig(Path(rig), Path(programme), Path(folder), *rest)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    reason = "it never began" if progress is None else progress.reason
+    reason = why_not_done(progress)
     print(json.dumps({"log": str(log), "programme": {"reason": reason}}))
     return 1 if reason else 0
 

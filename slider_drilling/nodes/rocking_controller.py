@@ -61,7 +61,7 @@ class RockingController(ManagedNode):
     PARAMETERS = (
         RIG_PARAMETER,
         NodeParameter("controller", DEFAULT_CONTROLLER, "the controller, as module:Class"),
-        NodeParameter("programme", "", "path of a programme to run in place of a controller; empty: none"),
+        NodeParameter("programme", "", "programme or slide sheet to run in place of a controller; empty: none"),
         NodeParameter("end_with_programme", False, "end the node when its programme has ended"),
         NodeParameter("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
                       -math.pi, math.pi, live=True),

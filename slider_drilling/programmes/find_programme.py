@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.programmes.programme import Programme, load_programme
+from slider_drilling.files.output_files import read_text
+from slider_drilling.programmes.programme import Programme, dump_programme, load_programme
 from slider_drilling.programmes.slide_sheet import read_slide_sheet
 
 BUILT_IN = {"commissioning": "config/programmes/commissioning.yaml", "stand": "config/programmes/stand.yaml"}
@@ -28,6 +29,12 @@ class FoundProgramme:
     programme: Programme
     path: Path | None
     start: float | None = None
+
+
+def programme_text(source: str | os.PathLike[str]) -> str:
+    """The YAML text of a programme or slide sheet, for a log. Raises InputError as `find_programme`."""
+    found = find_programme(source)
+    return dump_programme(found.programme) if found.path is None else read_text(found.path, "programme")
 
 
 def find_programme(source: str | os.PathLike[str]) -> FoundProgramme:

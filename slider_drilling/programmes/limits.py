@@ -56,14 +56,14 @@ class StepLimits:
         bit: "on bottom", "off bottom", or "either".
     """
 
-    right_torque: float | None = quantity("N m", None, why="in N m, not kN m", **_TORQUE)
-    left_torque: float | None = quantity("N m", None, why="in N m, not kN m", **_TORQUE)
+    right_torque: float | None = quantity("N m", None, **_TORQUE)
+    left_torque: float | None = quantity("N m", None, **_TORQUE)
     weight_on_bit: float | None = quantity("N", None, at_least=5e3, at_most=2e6, usual=(5e3, 2e6),
-                                           mistaken_for=("kN",), why="in N, not kN")  # fmt: skip
+                                           mistaken_for=("kN",))  # fmt: skip
     pressure: float | None = quantity("Pa", None, at_least=1e5, at_most=1.5e8, usual=(1e6, 1.5e8),
-                                      mistaken_for=("bar",), why="in Pa, not bar")  # fmt: skip
+                                      mistaken_for=("bar",))  # fmt: skip
     tool_face_tolerance: float | None = quantity("rad", None, at_least=0.26, at_most=math.pi,
-                                                 why="15 deg at least: its estimate needs some")  # fmt: skip
+                                                 why="15 to 180 deg: its estimate needs some")  # fmt: skip
     bit: str | None = None
 
     def over(self, wider: StepLimits) -> StepLimits:

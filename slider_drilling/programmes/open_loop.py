@@ -39,6 +39,16 @@ SETTLING = 3.0
 """s before the first step, in which nothing moves and hook load and pressure are tared."""
 
 
+def check_simulated_start(programme: Programme, source: str) -> None:
+    """Check that a programme starts as a simulated string does: with the bit just on bottom. Raises InputError.
+
+    With the bit believed off bottom, no weight is guarded.
+    """
+    if programme.bit_height > 0.0:
+        raise InputError(f"{source}: bit_height = {programme.bit_height:g} m: a simulated rig starts with the bit just "
+                         "on bottom; leave it out and begin with a pick_up")  # fmt: skip
+
+
 def plan_programme(programme: Programme, rig: Rig, source: str = "programme") -> tuple[TimedMotion, ...]:
     """The motion of every step, one after the other.
 
@@ -74,8 +84,10 @@ def open_loop_commands(
         Commands from 0 s to the programme's end.
 
     Raises:
-        InputError: A step needs feedback, or does not fit what comes before it; or it takes longer than a day.
+        InputError: A step needs feedback, or does not fit what comes before it; or it takes longer than a day, or does
+            not start on bottom.
     """
+    check_simulated_start(programme, source)
     planned = plan_programme(programme, rig, source)
     duration = planned[-1].begin + planned[-1].motion.duration
     if duration > MAX_OPEN_LOOP_S:

@@ -153,8 +153,8 @@ def _step(raw: Any, source: str, where: str) -> Step:
     (key,) = keys
     if key not in ACTIONS:
         raise InputError(f"{source}: {where}.{key[:60]}: unknown step; {known}")
-    limits = build_dataclass(StepLimits, raw.get("limits") or {}, source, f"{where}.limits")
-    note = raw.get("note") or ""
+    limits = build_dataclass(StepLimits, raw.get("limits", {}), source, f"{where}.limits")
+    note = raw.get("note", "")
     if not isinstance(note, str):
         raise InputError(f"{source}: {where}.note = {shorten(note)}: expected text (put it in quotes)")
     return Step(build_dataclass(ACTIONS[key], raw[key], source, f"{where}.{key}"), limits, note)

@@ -69,7 +69,8 @@ class ProgrammeProgress:
 
     def __str__(self) -> str:
         if self.state is ProgrammeState.ABORTED:
-            return f"aborted in step {self.step} of {self.steps} ({self.action}): {self.reason}"
+            where = f"in step {self.step} of {self.steps} ({self.action})" if self.step else "before the first step"
+            return f"aborted {where}: {self.reason}"
         if self.state is ProgrammeState.DONE:
             return f"all {self.steps} steps done"
         if self.state is ProgrammeState.TARING:

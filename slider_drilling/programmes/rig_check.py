@@ -52,7 +52,7 @@ def nominal_times(programme: Programme, rig: Rig, source: str = "programme") -> 
         else:
             motion = plan_motion(step.action, drives, rig, programme.drive_acceleration, where)
             time, end = motion.duration, motion.end
-        _check_flow(drives, end, limits, rig, where)
+        _check_flow(step, drives, end, limits, rig, where)
         times.append(time)
         drives = end
     return tuple(times)
@@ -95,13 +95,15 @@ def _check_speeds(step: Step, rig: Rig, where: str) -> None:
                          f"{rig.max_pump_speed * rig.mud_pump.displacement:g}")  # fmt: skip
 
 
-def _check_flow(start: DriveStates, end: DriveStates, limits: CompleteLimits, rig: Rig, where: str) -> None:
+def _check_flow(
+    step: Step, start: DriveStates, end: DriveStates, limits: CompleteLimits, rig: Rig, where: str
+) -> None:  # fmt: skip
     """The pressure of circulation alone stays below the limit, and nothing is lowered without flow."""
     pressure = float(rig.circulation_at(max(start.pump, end.pump)))
     if pressure >= CIRCULATION_SHARE * limits.pressure:
         raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "
                          f"{limits.pressure / 1e5:.0f} bar; less flow, or a higher limit")  # fmt: skip
-    lowered = end.block > start.block or end.lowering > 0.0
+    lowered = end.block > start.block or end.lowering > 0.0 or isinstance(step.action, Slide)
     if lowered and min(start.pump, end.pump) < MIN_FLOW_SHARE * rig.reference_pump_speed:
         raise InputError(f"{where}: the block is lowered with less than {100 * MIN_FLOW_SHARE:.0f} % of the "
                          "reference flow; raise the flow first")  # fmt: skip

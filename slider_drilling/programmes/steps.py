@@ -98,7 +98,7 @@ class Flow:
 
 @dataclass(frozen=True)
 class BlockSpeed:
-    """Change the speed of the block; it holds from then on, until a pick-up, a slack-off or a slide.
+    """Change the speed of the block; it holds from then on, until a pick-up, a slack-off, a slide or a connection.
 
     Attributes:
         speed: At which the block is lowered; 0 stops it.

@@ -7,18 +7,26 @@ from dataclasses import asdict
 from typing import Any
 
 from slider_drilling.slide_scenarios.stand_run import StandScore
+from slider_drilling.units import Units, format_number
 
 SCHEMA = "slider_drilling/closed_loop_stands/1"
-HEADER = ("stand", "oriented\ns", "mean\ndeg", "largest\ndeg", "slid\nm", "torque\nkN m", "weight\nkN", "pressure\nbar",
-          "within\nlimits")  # fmt: skip
 
 
-def terminal_row(score: StandScore) -> tuple[str, ...]:
-    """One line of the terminal's table: a cell for each of `HEADER`."""
+def terminal_header(units: Units) -> tuple[str, ...]:
+    """Column labels over `terminal_row`."""
+    length, torque, weight, pressure = (units.display_unit(unit) for unit in ("m", "kN m", "kN", "bar"))
+    return ("stand", "oriented\ns", "mean\ndeg", "largest\ndeg", f"slid\n{length}", f"torque\n{torque}",
+            f"weight\n{weight}", f"pressure\n{pressure}", "within\nlimits")  # fmt: skip
+
+
+def terminal_row(score: StandScore, units: Units) -> tuple[str, ...]:
+    """One line of the terminal's table: a cell for each of `terminal_header`."""
+    right, left = (format_number(units.convert(torque / 1e3, "kN m"))
+                   for torque in (score.right_torque_n_m, score.left_torque_n_m))  # fmt: skip
     return (score.name, _figure(score.time_to_orient_s, 0, "never"), _figure(score.mean_abs_error_deg, 1, "-"),
-            _figure(score.largest_error_deg, 1, "-"), f"{score.slid_m:.2f}",
-            f"{score.right_torque_n_m / 1e3:.1f} / {score.left_torque_n_m / 1e3:.1f}",
-            f"{score.peak_weight_n / 1e3:.0f}", f"{score.peak_pressure_pa / 1e5:.0f}",
+            _figure(score.largest_error_deg, 1, "-"), format_number(units.convert(score.slid_m, "m")),
+            f"{right} / {left}", format_number(units.convert(score.peak_weight_n / 1e3, "kN")),
+            format_number(units.convert(score.peak_pressure_pa / 1e5, "bar")),
             "yes" if score.within_limits else "NO")  # fmt: skip
 
 

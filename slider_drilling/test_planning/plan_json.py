@@ -20,6 +20,7 @@ SCHEMA = "slider_drilling/test_plan/1"
 def plan_json(plan: DrillingPlan) -> dict[str, Any]:
     """The tree of test_plan.json: SI units and rad, null for what no size shows."""
     steps = programme_in_words(plan.programme, plan.rig)
+    swing = plan.programmes.limits.tool_face_swing
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -31,6 +32,7 @@ def plan_json(plan: DrillingPlan) -> dict[str, Any]:
         "programme": dump_programme(plan.programme),
         "steps": [{"begin_s": step.begin, "duration_s": step.duration, "text": str(step.text)} for step in steps],
         "limits": asdict(plan.programmes.limits.steps),
+        "tool_face_swing": swing if isfinite(swing) else None,
         "limit_use": plan.plan.planned.limit_use,
         "effects": [asdict(row) for row in effect_rows(plan)],
         "explanations": [

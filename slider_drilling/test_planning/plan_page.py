@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
+from shlex import quote
 
 import numpy as np
 
@@ -52,7 +54,10 @@ def _clock(seconds: float) -> str:
 
 
 def _facts(plan: DrillingPlan, duration: float) -> tuple[tuple[str, str], ...]:
-    after = "no log yet" if plan.after is None else f"{len(plan.after.logs)} log(s), verdict {plan.after.verdict}"
+    after = "no log yet"
+    if plan.after is not None:
+        count = len(plan.after.logs)
+        after = f"{count} log{'' if count == 1 else 's'}, verdict: {plain_name(plan.after.verdict)}"
     return (("takes", f"{_clock(duration)} min"), ("known before", after))
 
 
@@ -154,14 +159,16 @@ def _percent(share: float) -> str:
 
 def _notes(plan: DrillingPlan) -> tuple[Text, ...]:
     lines: list[Text] = [
-        "Start with the bit on bottom, the string at rest and the pump at the reference flow, and record from the "
-        "first second to the last.",
+        "Rotate or rock off bottom first, so that no drag holds the string. Start with the bit just on bottom without "
+        "weight, the string at rest and the pump at the reference flow, and record from the first second to the last.",
         "The toolface is not held: orient again after the test."
         if not np.isfinite(plan.programmes.limits.tool_face_swing)
         else "The toolface stays within its limit by the simulator; watch it.",
         "Sizes and powers follow from the rig file. A rig that differs more from it than a calibration shows less.",
     ]
     if plan.after is not None:
-        logs = " ".join(plan.after.logs)
-        lines.append(sentence(f"Then: slider-drilling diagnose {logs} NEW_LOG --together --after {plan.after.source}"))
+        logs = " ".join(quote(log) for log in plan.after.logs)
+        # A log that was diagnosed for this plan alone has left no file to start from.
+        start = f" --after {quote(plan.after.source)}" if Path(plan.after.source).exists() else ""
+        lines.append(sentence(f"Then: slider-drilling diagnose {logs} NEW_LOG --together{start}"))
     return tuple(lines)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import gymnasium
@@ -172,13 +173,11 @@ class VectorSlideEnvironment(VectorEnv[Observation, Observation, Array]):
             mask = np.asarray(options["reset_mask"])
             if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
                 raise InputError(f"reset: reset_mask: give {self.num_envs} bools, at least one of them true")
-        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, (int, np.integer)) else seed
-        if seeds is not None:
-            if len(seeds) != self.num_envs:
-                raise InputError(f"reset: seed: {len(seeds)} seeds for {self.num_envs} slots; give one each")
-            for slot, own in enumerate(seeds):
-                if own is not None and mask[slot]:
-                    self._generators[slot] = np.random.default_rng(own)
+            if not (self._started or mask.all()):
+                raise InputError("reset: reset_mask: no slot has started yet; start all of them first, without a mask")
+        for slot, own in enumerate(self._seeds_of(seed)):
+            if own is not None and mask[slot]:
+                self._generators[slot] = np.random.default_rng(own)
         self._start(np.flatnonzero(mask))
         self._started = True
         return self._observe(), self._info()
@@ -211,6 +210,20 @@ class VectorSlideEnvironment(VectorEnv[Observation, Observation, Array]):
             observation = self._observe()
             info |= self._info()
         return observation, earned, unstable, truncated, info
+
+    def _seeds_of(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
+        """A seed for each slot, or None where its random numbers go on. Raises InputError."""
+        if seed is None:
+            return ()
+        given: list[int | None] = list(seed) if isinstance(seed, Iterable) else [seed]
+        for own in given:
+            if own is not None and (isinstance(own, bool) or not isinstance(own, Integral) or own < 0):
+                raise InputError(f"reset: seed = {seed!r:.60}: give a whole number from 0 on, or one for each slot")
+        if isinstance(seed, Integral):
+            return [int(seed) + slot for slot in range(self.num_envs)]
+        if len(given) != self.num_envs:
+            raise InputError(f"reset: seed: {len(given)} seeds for {self.num_envs} slots; give one each")
+        return [None if own is None else int(own) for own in given]
 
     def _check_running(self) -> None:
         if not self._started:

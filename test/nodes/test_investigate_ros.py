@@ -1,6 +1,7 @@
 """`investigate --on ros`: a programme on the simulator's nodes, and on a rig that stands behind the topics."""
 
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -9,6 +10,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
 from slider_drilling.programmes import load_programme, parse_programme
+from slider_drilling.programmes.progress import ProgrammeProgress, ProgrammeState
 
 PROGRAMME = """\
 schema: slider_drilling/programme/1
@@ -50,6 +52,16 @@ def test_simulated_rig_has_the_effect(programme, rig, alone, tmp_path):
     assert run_on_ros(rig, programme, biased, effects=("torque_sensor_bias:bias=900",), driven=None)
     first, second = (read_log(path).top_drive.effort.mean() for path in (plain, biased))
     assert second - first == pytest.approx(900.0, abs=60.0)
+
+
+def test_programme_that_was_interrupted_is_not_done():
+    """What is recorded of it is no run of the programme."""
+    rig_session = pytest.importorskip("slider_drilling.nodes.rig_session")
+    running = ProgrammeProgress(ProgrammeState.RUNNING, 1, 2, "rock", "", 9.0, "", ())
+    assert rig_session.why_not_done(running) == "interrupted: step 1 of 2: rock; 9 s left"
+    assert rig_session.why_not_done(replace(running, state=ProgrammeState.DONE)) == ""
+    assert rig_session.why_not_done(replace(running, state=ProgrammeState.ABORTED, reason="asked for")) == "asked for"
+    assert rig_session.why_not_done(None) == "it never began"
 
 
 def test_failed_run_ends_with_one_line(programme, rig, alone, tmp_path):

@@ -9,12 +9,16 @@ from std_srvs.srv import Trigger
 from turning import turn
 
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
+from slider_drilling.nodes.programme_run import ProgrammeRun
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.session import SessionOptions, run_session
 from slider_drilling.programmes import load_programme, parse_programme
+from slider_drilling.programmes.find_programme import find_programme, programme_text
 from slider_drilling.programmes.progress import ProgrammeState
+from slider_drilling.rig import load_rig
 
 PROGRAMME = """\
 schema: slider_drilling/programme/1
@@ -73,6 +77,24 @@ def test_programme_gives_the_toolface(programme, make):
     controller = make(RockingController, programme=str(programme))
     (result,) = controller.set_parameters([Parameter("tool_face_target", Parameter.Type.DOUBLE, 0.5)])
     assert not result.successful and "gives the toolface of each slide" in result.reason
+
+
+def test_node_runs_a_slide_sheet(tmp_path):
+    """Also one that is built in; a sheet of another depth is refused, as `run --programme` does."""
+    sheet = tmp_path / "slides.csv"
+    rows = "from [m],to [m],mode,toolface [deg]\n{0},{1},rotate,\n{1},{2},slide,30\n"
+    sheet.write_text(rows.format(4000.0, 4009.0, 4018.0))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
+    run = ProgrammeRun(str(sheet), ends_node=True)
+    run.load(rig)
+    assert run.progress.steps == 2
+    assert parse_programme(programme_text(sheet)) == find_programme(sheet).programme
+    run = ProgrammeRun("commissioning", ends_node=True)
+    run.load(rig)
+    assert run.progress.steps == len(find_programme("commissioning").programme.steps)
+    sheet.write_text(rows.format(3000.0, 3009.0, 3018.0))
+    with pytest.raises(InputError, match=r"slides.csv: begins at 3000.0 m, the bit of the rig file is at 4000.0 m"):
+        ProgrammeRun(str(sheet), ends_node=True).load(rig)
 
 
 def test_node_refuses_a_programme_beyond_the_rig(programme, make):
