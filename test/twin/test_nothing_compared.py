@@ -59,7 +59,8 @@ def test_twin_that_never_learnt_says_so_and_what_it_needs(never_learnt):
 
 def test_json_and_python_say_that_nothing_was_compared(never_learnt):
     printed = run(never_learnt, "--json")
-    assert not any(json.loads(line)["compared"] for line in printed.stdout.splitlines())
+    lines = [json.loads(line) for line in printed.stdout.splitlines()]
+    assert lines and all(line["threshold"]["surface_torque"] is None for line in lines)
     found = sd.watch(str(never_learnt))
     assert NEVER in found.not_compared and "nothing compared" in repr(found)
     assert printed.stderr.strip().endswith(found.not_compared)

@@ -14,7 +14,7 @@ from slider_drilling.rig import dump_rig, load_rig
 from slider_drilling.twin.feed import LogFeed, RecordingFeed
 from slider_drilling.twin.wits_feed import WitsFeed
 
-FIELDS = ["t", "gap", "threshold", "detections", "compared"]
+FIELDS = ["t", "gap", "threshold", "detections"]
 DETECTION_FIELDS = ["detected", "since", "interval", "site", "effects", "suspected", "verdict", "answered"]
 
 
