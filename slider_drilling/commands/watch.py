@@ -116,7 +116,8 @@ def command(
         except KeyboardInterrupt:
             # The usual end of a stream.
             if save_rig is not None:
-                print_note(_not_saved(twin, save_rig) or f"{save_rig}: holds the calibrated rig")
+                unsaved = _not_saved(twin, save_rig)
+                print_note(f"{save_rig}: {'not written: the rig is not learnt' if unsaved else 'the calibrated rig'}")
             raise
         finally:
             twin.close()
