@@ -32,7 +32,7 @@ from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
 from slider_drilling.twin.level_remarks import LEVELS_AFTER_S, LeftOut, level_remarks
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
-from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
+from slider_drilling.twin.needed_samples import FIRST_S, SparseSamples, nothing_compared
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array, noise_and_interval
@@ -81,7 +81,7 @@ class Twin:
         self._diagnoser = Diagnoser(
             ask, rig, self._buffers, self._log, replayed, settings.check_every, self._dated, told
         )
-        self._left_out = LeftOut()
+        self._left_out, self._sparse = LeftOut(), SparseSamples(self._buffers)
         self._integrated: set[str] = set()  # positions that are integrals of speeds
         self._block_from: BlockSource | None = None  # None before the first second
         self._block: BlockFromPressure | None = None
@@ -236,8 +236,7 @@ class Twin:
 
     def _step(self, grid: Array) -> TwinReport:
         for position, speed in (("top_drive_angle", "top_drive_speed"), ("block_position", "block_speed")):
-            only_speed = len(self._buffers[speed]) and not len(self._buffers[position])
-            if position in self._integrated or only_speed:
+            if position in self._integrated or len(self._buffers[speed]) > len(self._buffers[position]) == 0:
                 add_speed_integral(self._buffers, position, speed)
                 self._integrated.add(position)
         self._choose_block()
@@ -266,12 +265,14 @@ class Twin:
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
+        if self._seconds % LEVELS_AFTER_S == 0:  # rates may change
+            self._add_remarks(self._sparse.remarks(now - LEVELS_AFTER_S, now))
         if self._seconds == LEVELS_AFTER_S:
             self._note_levels(now, learner.fixed)
         return self.report
 
     def _new_learner(self, begin: float) -> Learner:
-        self._add_remarks(sparse_samples(self._buffers))
+        self._add_remarks(self._sparse.remarks(begin, begin + FIRST_S))
         first = recorded_log(self._buffers, self.rig, begin, begin + FIRST_S)
         interval = self.settings.interval
         grid: Array = begin + interval * np.arange(round(FIRST_S / interval), dtype=float)
