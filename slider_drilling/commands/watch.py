@@ -11,6 +11,7 @@ from slider_drilling.commands.campaign_options import jobs_option, scheduler_opt
 from slider_drilling.commands.options import SEED, json_option, namespace_option, topics_option, units_option
 
 if TYPE_CHECKING:
+    from slider_drilling.twin import Twin
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -38,7 +39,8 @@ _WITH_SOURCE = (*_WITH_RECORDING, "wits_units", "save_rig", "units")
               help="Ask after a detection what is different, in a process of its own.")  # fmt: skip
 @click.option("--follow", is_flag=True, help="Wait for more of a recording that no program of this machine writes.")
 @click.option("--wits-units", type=click.Choice(["field", "metric"]), help="Units of WITS, which does not tell them.")
-@click.option("--save-rig", type=click.Path(path_type=Path), help="Write the calibrated rig file here at the end.")
+@click.option("--save-rig", type=click.Path(path_type=Path),
+              help="Write the calibrated rig file here at the end, or on Ctrl-C.")  # fmt: skip
 @click.option("--campaign", type=click.IntRange(1, 10000), metavar="N",
               help="Instead of a source: N sealed slides of foreign rigs, scored against their labels.")  # fmt: skip
 @click.option("--begins", default="", metavar="NAME,...", help="With --campaign: what may begin. [default: all]")
@@ -81,11 +83,10 @@ def command(
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.commands.options import refuse_ignored
     from slider_drilling.commands.watch_campaign import watch_campaign
-    from slider_drilling.commands.watch_output import JsonLines, TableLines
+    from slider_drilling.commands.watch_output import JsonLines, TableLines, print_note
     from slider_drilling.commands.watch_sources import open_feed, source_name
     from slider_drilling.errors import InputError
-    from slider_drilling.files.output_files import check_outputs, write_atomically
-    from slider_drilling.rig import dump_rig
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.table_import.live_wits import is_live
     from slider_drilling.twin import Twin, diagnose_after
     from slider_drilling.twin.watch import watch
@@ -112,11 +113,26 @@ def command(
         lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
             watch(twin, feed, lines.show, source=source_name(source))
+        except KeyboardInterrupt:
+            # The usual end of a stream.
+            if save_rig is not None:
+                unsaved = _not_saved(twin, save_rig)
+                print_note(f"{save_rig}: {'not written: the rig is not learnt' if unsaved else 'the calibrated rig'}")
+            raise
         finally:
             twin.close()
             lines.end()
-    if save_rig is not None:
-        if not twin.learnt:
-            raise InputError(f"--save-rig {save_rig}: not written: {twin.not_compared}")
-        write_atomically(save_rig, dump_rig(twin.calibrated_rig()).encode())
+    if save_rig is not None and (why := _not_saved(twin, save_rig)):
+        raise InputError(why)
     return 0
+
+
+def _not_saved(twin: Twin, path: Path) -> str:
+    """Write the calibrated rig; why not, if the twin has not learnt it."""
+    from slider_drilling.files.output_files import write_atomically
+    from slider_drilling.rig import dump_rig
+
+    if not twin.learnt:
+        return f"--save-rig {path}: not written: {twin.not_compared}"
+    write_atomically(path, dump_rig(twin.calibrated_rig()).encode())
+    return ""

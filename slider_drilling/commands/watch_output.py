@@ -9,6 +9,7 @@ from slider_drilling.console.results import results_stream
 from slider_drilling.console.streams import stderr, stdout
 from slider_drilling.process.shutdown import defer_signals
 from slider_drilling.twin import Detection, Twin, TwinReport
+from slider_drilling.twin.report import Trend
 from slider_drilling.units import Units
 
 _EVERY_S = 30.0
@@ -22,7 +23,7 @@ def print_note(text: str) -> None:
 
 
 class Remarks:
-    """Prints each remark of a twin once, to stderr.
+    """Prints each remark of a twin once, to stderr, and why a diagnosis gave no answer.
 
     Args:
         twin: The twin.
@@ -31,12 +32,17 @@ class Remarks:
     def __init__(self, twin: Twin) -> None:
         self._twin = twin
         self._printed = 0
+        self._failure = ""
 
     def show(self) -> None:
         """Print those that are new."""
         for remark in self._twin.remarks[self._printed :]:
             print_note(remark)
         self._printed = len(self._twin.remarks)
+        if self._twin.failure != self._failure:
+            self._failure = self._twin.failure
+            if self._failure:
+                print_note(f"the diagnosis gave no answer: {self._failure}")
 
 
 class JsonLines:
@@ -67,7 +73,7 @@ class TableLines:
     """A row every half minute, and a line for what was detected or answered.
 
     Args:
-        twin: The twin, for its remarks and why a diagnosis failed.
+        twin: The twin, for its remarks.
         units: Display units.
     """
 
@@ -76,7 +82,6 @@ class TableLines:
         self._remarks = Remarks(twin)
         self._next = -math.inf
         self._detections: dict[int, Detection] = {}
-        self._failure = ""
         self._last: TwinReport | None = None
 
     def show(self, report: TwinReport) -> None:
@@ -91,10 +96,6 @@ class TableLines:
                 self._next = report.time + _EVERY_S
             for detection in report.detections:
                 self._show_detection(detection)
-            if self._twin.failure != self._failure:
-                self._failure = self._twin.failure
-                if self._failure:
-                    self._line(f"the diagnosis gave no answer: {self._failure}")
         self._last = report
 
     def end(self) -> None:
@@ -102,15 +103,18 @@ class TableLines:
         if self._last is None:
             return
         found = len(self._last.detections)
-        offset = self._last.trends.get("hook_load_offset")
         changes = f"{found} change{'' if found == 1 else 's'} detected"
         self._line(f"watched {self._last.time:.0f} s: {self._twin.not_compared or changes}")
-        if offset is not None:
-            value, low, high = (
-                self._units.convert(each / 1e3, "kN") for each in (offset.value, offset.low, offset.high)
-            )
-            self._line(f"hook load reads {value:.1f} {self._units.display_unit('kN')} too much "
-                       f"({low:.1f} to {high:.1f})")  # fmt: skip
+        if self._twin.learnt and "hook_load" in self._last.channels:
+            self._line(self._hook_load_offset(self._last.trends["hook_load_offset"]))
+
+    def _hook_load_offset(self, offset: Trend) -> str:
+        """What the hook load reads too much, or too little."""
+        sign = 1.0 if offset.value >= 0.0 else -1.0
+        ends = sorted((sign * offset.low, sign * offset.high))
+        value, low, high = (self._units.convert(each / 1e3, "kN") for each in (abs(offset.value), *ends))
+        unit = self._units.display_unit("kN")
+        return f"hook load reads {value:.1f} {unit} too {'much' if sign > 0.0 else 'little'} ({low:.1f} to {high:.1f})"
 
     def _row(self, report: TwinReport) -> str:
         gaps = []

@@ -16,6 +16,7 @@ from slider_drilling.log.log_files import holds_logs
 from slider_drilling.log.topic_map import NO_TOPICS, read_topic_map
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.table_import.live_wits import is_live, open_stream
+from slider_drilling.twin.checked_feed import CheckedFeed
 from slider_drilling.twin.feed import Feed, LogFeed, RecordingFeed, Samples, recording_grows
 from slider_drilling.twin.wits_feed import WitsFeed
 
@@ -42,7 +43,8 @@ def open_feed(
             raise InputError(f"{source}: WITS holds no rig file; give --rig")
         rig = load_rig(rig_path)
         with open_stream(source) as receive:
-            yield WitsFeed(receive, source_name(source), wits_units, rig, print_note), rig, False
+            feed = WitsFeed(receive, source_name(source), wits_units, rig, print_note)
+            yield CheckedFeed(feed, source_name(source), print_note), rig, False
         return
     if wits_units:
         raise InputError(f"--wits-units: {source} is no stream of WITS; leave it out")
@@ -50,10 +52,10 @@ def open_feed(
     if follow or recording_grows(path):
         _await_first_file(path)
         topics = NO_TOPICS if topics_path is None else read_topic_map(topics_path)
-        feed = RecordingFeed(RecordingFollower(path, namespace, topics), follow)
+        recording = RecordingFeed(RecordingFollower(path, namespace, topics), follow)
         first: list[Samples] = []
-        rig = load_rig(rig_path) if rig_path is not None else _rig_of(feed, source, first)
-        yield _WithFirst(feed, first), rig, False
+        rig = load_rig(rig_path) if rig_path is not None else _rig_of(recording, source, first)
+        yield CheckedFeed(_WithFirst(recording, first), source, print_note), rig, False
         return
     log = read_log(path, rig_path, namespace, topics_path)
     yield LogFeed(log), log.rig(), True

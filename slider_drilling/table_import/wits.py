@@ -93,6 +93,11 @@ def iterate_records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, str]]
             current[match[1] + match[2]] = match[3].strip()
 
 
+def is_usable(record: dict[str, str]) -> bool:
+    """Whether a record has a time and a value of a known item; streams hold records of other kinds, too."""
+    return any(record.get(item) for item in ITEMS) and bool(_stamp(record))
+
+
 def _stamp(record: dict[str, str]) -> str:
     """Date and time of a record as text; empty where it has none. Dates are YYMMDD, times HHMMSS."""
     number = next(iter(record))[:2]

@@ -45,25 +45,37 @@ def nothing_compared(learnt: bool, share: float, needed: float) -> str:
     )
 
 
-def sparse_samples(buffers: Mapping[str, SampleBuffer]) -> tuple[str, ...]:
-    """One sentence for each channel that comes too seldom for what the twin does with it."""
-    drive = max(_rate(buffers["top_drive_angle"]), _rate(buffers["top_drive_speed"]))
-    said = []
-    if 0.0 < drive < _DRIVE_RATE:
-        said.append(
-            f"the top drive is sampled at {drive:.2g} Hz, which does not show how it reverses: gaps are larger, and a "
-            f"change may be none of the rig's; sample it at {_DRIVE_RATE:g} Hz or faster"
-        )
-    for name in SURFACE:
-        rate = _rate(buffers[name])
-        if 0.0 < rate < _COMPARED_RATE:
-            said.append(
-                f"{COMPARED[name].title} is sampled at {rate:.2g} Hz: it shows no change; sample it at "
-                f"{_COMPARED_RATE:g} Hz or faster"
+class SparseSamples:
+    """Says once of each channel that it comes too seldom for what the twin does with it.
+
+    Args:
+        buffers: Samples by channel.
+    """
+
+    def __init__(self, buffers: Mapping[str, SampleBuffer]) -> None:
+        self._buffers = buffers
+        self._said: set[str] = set()
+
+    def remarks(self, begin: float, end: float) -> tuple[str, ...]:
+        """One sentence for each channel that is new, by its samples from `begin` to `end`, s."""
+        rates = {name: self._rate(name, begin, end) for name in ("top_drive_angle", "top_drive_speed", *SURFACE)}
+        drive, said = max(rates["top_drive_angle"], rates["top_drive_speed"]), {}
+        if 0.0 < drive < _DRIVE_RATE:
+            said["top_drive"] = (
+                f"the top drive is sampled at {drive:.2g} Hz, which does not show how it reverses: gaps are larger, "
+                f"and a change may be none of the rig's; sample it at {_DRIVE_RATE:g} Hz or faster"
             )
-    return tuple(said)
+        for name in SURFACE:
+            if 0.0 < rates[name] < _COMPARED_RATE:
+                said[name] = (
+                    f"{COMPARED[name].title} is sampled at {rates[name]:.2g} Hz: it shows no change; sample it at "
+                    f"{_COMPARED_RATE:g} Hz or faster"
+                )
+        new = tuple(text for name, text in said.items() if name not in self._said)
+        self._said |= set(said)
+        return new
 
-
-def _rate(buffer: SampleBuffer) -> float:
-    """Samples a second, Hz; 0 where there are too few to tell."""
-    return round(1.0 / float(np.median(np.diff(buffer.time))), 2) if len(buffer) > 1 else 0.0
+    def _rate(self, name: str, begin: float, end: float) -> float:
+        """Samples a second, Hz; 0 where there are too few to tell."""
+        time, _ = self._buffers[name].window(begin, end)
+        return round(1.0 / float(np.median(np.diff(time))), 2) if time.size > 1 else 0.0

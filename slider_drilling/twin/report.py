@@ -149,9 +149,7 @@ class TwinReport:
         gap = {name: _number(channel.gap_60) for name, channel in self.channels.items()}
         threshold = {name: _number(channel.threshold) for name, channel in self.channels.items()}
         detections = [detection.as_json() for detection in self.detections]
-        return {
-            "t": self.time, "gap": gap, "threshold": threshold, "detections": detections, "compared": self.compared
-        }  # fmt: skip
+        return {"t": self.time, "gap": gap, "threshold": threshold, "detections": detections}
 
 
 def _number(value: float) -> float | None:

@@ -14,7 +14,6 @@ from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring import InitialState
 from slider_drilling.drillstring.observer_noise import needed_smoothing
 from slider_drilling.errors import InputError
-from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state
 from slider_drilling.rig import Rig
 from slider_drilling.twin.activity import OFF_BOTTOM, Activity, ActivityMonitor
@@ -33,13 +32,13 @@ from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
 from slider_drilling.twin.level_remarks import LEVELS_AFTER_S, LeftOut, level_remarks
 from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
-from slider_drilling.twin.needed_samples import FIRST_S, nothing_compared, sparse_samples
+from slider_drilling.twin.needed_samples import FIRST_S, SparseSamples, nothing_compared
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array, noise_and_interval
 from slider_drilling.twin.settings import TwinSettings
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
-from slider_drilling.twin.unlogged_block import BlockFromPressure
+from slider_drilling.twin.unlogged_block import BlockFromPressure, BlockSource, rig_moved_by, source_of_block
 from slider_drilling.twin.wander import parameter_wanders
 
 _REPORT_S = 1.0
@@ -82,8 +81,9 @@ class Twin:
         self._diagnoser = Diagnoser(
             ask, rig, self._buffers, self._log, replayed, settings.check_every, self._dated, told
         )
-        self._left_out = LeftOut()
+        self._left_out, self._sparse = LeftOut(), SparseSamples(self._buffers)
         self._integrated: set[str] = set()  # positions that are integrals of speeds
+        self._block_from: BlockSource | None = None  # None before the first second
         self._block: BlockFromPressure | None = None
         self._off_bottom, self._plant_rig = False, rig
         self._learner: Learner | None = None
@@ -236,9 +236,10 @@ class Twin:
 
     def _step(self, grid: Array) -> TwinReport:
         for position, speed in (("top_drive_angle", "top_drive_speed"), ("block_position", "block_speed")):
-            if position in self._integrated or not len(self._buffers[position]):
+            if position in self._integrated or len(self._buffers[speed]) > len(self._buffers[position]) == 0:
                 add_speed_integral(self._buffers, position, speed)
                 self._integrated.add(position)
+        self._choose_block()
         learner = self._learner = self._learner or self._new_learner(float(grid[0]))
         measured = {name: self._comparison.measured(name, grid) for name in SURFACE}
         commands = self._motion.commands(grid)
@@ -264,40 +265,44 @@ class Twin:
         self._look_ahead(activity, now)
         self.report = self._report(grid, followed, activity)
         self._seconds += 1
+        if self._seconds % LEVELS_AFTER_S == 0:  # rates may change
+            self._add_remarks(self._sparse.remarks(now - LEVELS_AFTER_S, now))
         if self._seconds == LEVELS_AFTER_S:
             self._note_levels(now, learner.fixed)
         return self.report
 
     def _new_learner(self, begin: float) -> Learner:
-        self._note_missing_channels()
+        self._add_remarks(self._sparse.remarks(begin, begin + FIRST_S))
         first = recorded_log(self._buffers, self.rig, begin, begin + FIRST_S)
         interval = self.settings.interval
         grid: Array = begin + interval * np.arange(round(FIRST_S / interval), dtype=float)
         start = infer_initial_state(first, self.rig, self._motion.commands(grid))
         return Learner(self._parameters, self._noise, self.settings.learning, lambda v: self._plants(start, v))
 
-    def _note_missing_channels(self) -> None:
-        """Choose what stands for a block that is not sent, and say it; say what comes too seldom."""
-        self.remarks = sparse_samples(self._buffers)
-        if len(self._buffers["block_position"]) or len(self._buffers["block_speed"]):
+    def _choose_block(self) -> None:
+        """Choose what moves the plants' block, and say what stands for it; begin anew where a better source comes."""
+        before, self._block_from = self._block_from, source_of_block(self._buffers)
+        source = self._block_from
+        if source == before:
             return
-        if len(self._buffers["standpipe_pressure"]):
-            self._block = BlockFromPressure(self.rig)
-            self.remarks += ("the block is not sent: it is taken to follow the pressure, which then shows no change",)
-        else:
-            self._off_bottom = True
-            self._plant_rig = replace(self.rig, bit=replace(self.rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
-            self.remarks += ("neither block nor standpipe pressure are sent: the bit is taken to be off bottom",)
+        self._block = BlockFromPressure(self.rig) if source is BlockSource.PRESSURE else None
+        self._off_bottom, self._plant_rig = source is BlockSource.NOTHING, rig_moved_by(source, self.rig)
+        if before is not None:
+            self.recalibrate()
+        self._add_remarks(source.remarks(began_late=before is not None))
+
+    def _add_remarks(self, remarks: Iterable[str]) -> None:
+        self.remarks += tuple(remark for remark in remarks if remark not in self.remarks)
 
     def _note_levels(self, now: float, values: Array) -> None:
         """Say which channels have values that such a rig does not have."""
         begin = now - LEVELS_AFTER_S
         log, done = recorded_log(self._buffers, self.rig, begin, now), self._history.window(begin, now)
-        self.remarks += self._left_out.remarks()
+        self._add_remarks(self._left_out.remarks())
         if done is not None:
             torque = done.at(values)[:, list(COMPARED).index("surface_torque")]
             expected = {"time": done.time - begin, "surface_torque": torque}
-            self.remarks += level_remarks(log, self._plant_rig, expected)
+            self._add_remarks(level_remarks(log, self._plant_rig, expected))
 
     def _plants(self, start: InitialState, values: Array) -> Follower:
         s = self.settings

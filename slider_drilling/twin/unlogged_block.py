@@ -2,14 +2,46 @@
 
 from __future__ import annotations
 
+import enum
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from slider_drilling.drillstring import Commands
+from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.rig import Rig
-from slider_drilling.twin.samples import Array
+from slider_drilling.twin.samples import Array, SampleBuffer
 
 _TIME_S = 20.0  # in which a wrong weight on bit is made up for; weight on bit follows a block no faster
 _MAX_SPEED = 0.05  # m/s
+
+
+class BlockSource(enum.Enum):
+    """What moves the block of the plants, and what is said where that is not the rig's own."""
+
+    BLOCK = ""
+    PRESSURE = "the block is not sent: it is taken to follow the pressure, which then shows no change"
+    NOTHING = "neither block nor standpipe pressure are sent: the bit is taken to be off bottom"
+
+    def remarks(self, began_late: bool) -> tuple[str, ...]:
+        """What to say of it; began_late: whether something worse stood for it before."""
+        late = f"the {self.name.lower()} comes only now: the twin learns the rig anew" if began_late else ""
+        return tuple(filter(None, (self.value, late)))
+
+
+def source_of_block(buffers: Mapping[str, SampleBuffer]) -> BlockSource:
+    """The best that has been sent so far."""
+    if len(buffers["block_position"]) or len(buffers["block_speed"]):
+        return BlockSource.BLOCK
+    return BlockSource.PRESSURE if len(buffers["standpipe_pressure"]) else BlockSource.NOTHING
+
+
+def rig_moved_by(source: BlockSource, rig: Rig) -> Rig:
+    """The rig that is simulated: with `NOTHING` one whose bit carries no weight."""
+    if source is not BlockSource.NOTHING:
+        return rig
+    return replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
 
 
 class BlockFromPressure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,12 +16,12 @@ from slider_drilling.table_import.numbers import numbers
 from slider_drilling.table_import.recognise import recognise
 from slider_drilling.table_import.rocking_signs import looks_unsigned
 from slider_drilling.table_import.source import TableInMemory
-from slider_drilling.table_import.wits import TIME, iterate_records, wits_table
+from slider_drilling.table_import.wits import ITEMS, TIME, is_usable, iterate_records, wits_table
 from slider_drilling.twin.feed import Samples
 from slider_drilling.twin.samples import Array
 
 _FIRST_RECORDS = 5  # from which the channels are recognised
-_SIGN_RECORDS = 120  # after which a speed that rocks without a sign is noticed
+_MANY_RECORDS = 120  # after which it is said that none can be used, or that a speed rocks without a sign
 
 
 class WitsFeed:
@@ -42,6 +43,8 @@ class WitsFeed:
         self._text = ""
         self._records: list[tuple[int, dict[str, str]]] = []
         self._mapping: TableMapping | None = None
+        self._seen: dict[str, str] = {}  # the first value of each item, as one record
+        self._noted: set[str] = set()
         self._start: datetime.datetime | None = None
         self._first: dict[str, float] = {}
         self._last: dict[str, float] = {}
@@ -57,23 +60,50 @@ class WitsFeed:
         if whole >= 0:
             self._records += iterate_records(self._text[: whole + 2].splitlines())
             self._text = self._text[whole + 2 :]
-        if self._mapping is None and len(self._records) < (1 if self.ended else _FIRST_RECORDS):
-            if self.ended:
-                raise InputError(f"{self._source}: sent no whole WITS record (&& to !!); check that the sender is on")
+        usable = [(line, record) for line, record in self._records if is_usable(record)]
+        if self._mapping is None and not self._shows_channels(len(usable)):
             return []
-        if not self._records:
+        if not usable and self._mapping is not None:
+            self._records.clear()
             return []
-        records, self._records = self._records, []
-        return [self._samples(wits_table(records, self._source, self._units))]
+        records, self._records = usable or self._records, []
+        table = wits_table(records, self._source, self._units)
+        self._recognise([record for _, record in records])
+        return [self._samples(table)]
+
+    def _shows_channels(self, usable: int) -> bool:
+        """Whether so many usable records are enough to begin. Raises InputError for a stream without a record."""
+        if self.ended and not self._records:
+            raise InputError(f"{self._source}: sent no whole WITS record (&& to !!); check that the sender is on")
+        return self.ended or usable >= _FIRST_RECORDS or len(self._records) >= _MANY_RECORDS
+
+    def _recognise(self, records: list[dict[str, str]]) -> None:
+        """Find the channels of items that are new; a stream sends some of them less often than others."""
+        known = set(self._seen) & set(ITEMS)
+        for record in records:
+            for item, text in record.items():
+                if text:
+                    self._seen.setdefault(item, text)
+        if self._mapping is not None and set(self._seen) & set(ITEMS) == known:
+            return
+        found = recognise(wits_table([(1, self._seen)], self._source, self._units), self._source, {}, True)
+        mapping, before = found.mapping(self._source), self._mapping
+        if before is None:
+            if not {"top_drive_angle", "top_drive_speed"} & set(mapping.channels):
+                raise InputError(f"{self._source}: holds no top drive (RPMA); without it nothing drives the twin")
+        else:
+            # What a channel is made of stays: another column may have another zero.
+            held = {*before.channels, *(["pump_speed"] if "pump_flow" in before.channels else [])}
+            added = {name: entry for name, entry in mapping.channels.items() if name not in held}
+            mapping = replace(before, channels={**before.channels, **added}, scale={**mapping.scale, **before.scale})
+        self._mapping = mapping
+        for text in found.notes:
+            if text not in self._noted:
+                self._noted.add(text)
+                self._note(text)
 
     def _samples(self, table: TableInMemory) -> Samples:
-        if self._mapping is None:
-            found = recognise(table, self._source, {}, True)
-            self._mapping = found.mapping(self._source)
-            for text in found.notes:
-                self._note(text)
-            if not {"top_drive_angle", "top_drive_speed"} & set(self._mapping.channels):
-                raise InputError(f"{self._source}: holds no top drive (RPMA); without it nothing drives the twin")
+        assert self._mapping is not None
         time = self._seconds(table)
         samples: Samples = {}
         for name, entry in self._mapping.channels.items():
@@ -122,12 +152,12 @@ class WitsFeed:
 
     def _check_sign(self, samples: Samples) -> None:
         """Raise InputError for a speed that has lost its sign although the drive rocks."""
-        if len(self._signs) >= _SIGN_RECORDS or not {"top_drive_speed", "surface_torque"} <= set(samples):
+        if len(self._signs) >= _MANY_RECORDS or not {"top_drive_speed", "surface_torque"} <= set(samples):
             return
         speed, torque = samples["top_drive_speed"][1], samples["surface_torque"][1]
         if speed.size == torque.size:
             self._signs += list(zip(speed.tolist(), torque.tolist(), strict=True))
-        if len(self._signs) >= _SIGN_RECORDS:
+        if len(self._signs) >= _MANY_RECORDS:
             speeds, torques = np.array(self._signs).T
             if looks_unsigned(speeds, torques, of_speed=True):
                 raise InputError(

@@ -59,7 +59,8 @@ def test_twin_that_never_learnt_says_so_and_what_it_needs(never_learnt):
 
 def test_json_and_python_say_that_nothing_was_compared(never_learnt):
     printed = run(never_learnt, "--json")
-    assert not any(json.loads(line)["compared"] for line in printed.stdout.splitlines())
+    lines = [json.loads(line) for line in printed.stdout.splitlines()]
+    assert lines and all(line["threshold"]["surface_torque"] is None for line in lines)
     found = sd.watch(str(never_learnt))
     assert NEVER in found.not_compared and "nothing compared" in repr(found)
     assert printed.stderr.strip().endswith(found.not_compared)
@@ -140,3 +141,16 @@ def test_twin_that_compared_says_nothing_of_it(rig):
         twin.add("block_position", time, 0.005 * time)
         twin.advance()
     assert twin.learnt and twin.not_compared == ""
+
+
+def test_rate_that_falls_later_is_said_once(make_log):
+    log = read_log(make_log(250.0, 10.0))
+    twin, said = Twin(log.rig()), []
+    for second in np.arange(250.0):
+        rows = np.flatnonzero((log.top_drive.time >= second) & (log.top_drive.time < second + 1.0))
+        rows = rows if second < 30.0 else rows[:1]
+        for channel, array in (("top_drive_angle", "position"), ("surface_torque", "effort")):
+            twin.add(channel, log.top_drive.time[rows], getattr(log.top_drive, array)[rows])
+        twin.advance()
+        said.append(sum("the top drive is sampled at 1 Hz" in remark for remark in twin.remarks))
+    assert said[60] == 0 and said[130] == said[-1] == 1

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -54,6 +54,37 @@ def test_rig_without_block_follows_the_pressure(shared_data):
     assert weight > 1e4
     assert twin._learner.follower.weight_on_bit == pytest.approx(weight, rel=0.3)
     assert "the block is not sent" in twin.remarks[0]
+
+
+def _from(series, begin):
+    """A series without what comes before a time, s."""
+    kept = series.time >= begin
+    return replace(series, **{field.name: getattr(series, field.name)[kept] for field in fields(series)})
+
+
+@pytest.mark.parametrize("late", [("draw_works",), ("draw_works", "standpipe_pressure"), ("standpipe_pressure",)])
+def test_channel_that_comes_later_is_taken(shared_data, late):
+    """Topics of a graph, and items of WITS, do not come up at once."""
+    log = read_log(shared_data / "logs" / "nominal_short.mcap")
+    twin = Twin(log.rig())
+    begun = replace(log, **{name: _from(getattr(log, name), 10.0) for name in late})
+    channels = list(_feed(twin, begun, 60.0))[-1].channels
+    assert channels["surface_torque"].gap_10 < 1.0 and channels["hook_load"].gap_10 < 1.0
+    assert channels["standpipe_pressure"].gap_10 < 1.0
+    assert [("block comes only now" in each) for each in twin.remarks[-1:]] == (
+        [True] if "draw_works" in late else []
+    )
+
+
+def test_remarks_outlast_learning_anew(shared_data):
+    """They are said by their place."""
+    log = read_log(shared_data / "logs" / "nominal_short.mcap")
+    twin = Twin(log.rig())
+    for report in _feed(twin, replace(log, draw_works=None), 70.0):
+        if round(report.time) == 65:
+            before = twin.remarks
+            twin.recalibrate()
+    assert before and twin.remarks == before
 
 
 def test_torque_alone_is_compared_off_bottom(shared_data):

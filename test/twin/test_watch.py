@@ -14,7 +14,7 @@ from slider_drilling.rig import dump_rig, load_rig
 from slider_drilling.twin.feed import LogFeed, RecordingFeed
 from slider_drilling.twin.wits_feed import WitsFeed
 
-FIELDS = ["t", "gap", "threshold", "detections", "compared"]
+FIELDS = ["t", "gap", "threshold", "detections"]
 DETECTION_FIELDS = ["detected", "since", "interval", "site", "effects", "suspected", "verdict", "answered"]
 
 
@@ -97,6 +97,52 @@ def test_what_was_taken_for_granted_of_wits_is_said(rig):
     feed = _wits(rig, ["".join(_record(second, 5.0, -30.0) for second in range(8)).encode()], note=said.append)
     feed.poll()
     assert said == ["block heights are taken to count up from the floor: sign -1, from the first row"]
+
+
+def _other(second, items, clock=True):
+    """A record of another kind, sent now and then."""
+    kind = next(iter(items))[:2]
+    stamp = f"{kind}05261127\r\n{kind}0612{second // 60:02d}{second % 60:02d}\r\n" if clock else ""
+    return "&&\r\n" + stamp + "".join(f"{item}{value}\r\n" for item, value in items.items()) + "!!\r\n"
+
+
+def _drives(second):
+    return _record(second, 5.0, -30.0).replace("071735.0\r\n", "")
+
+
+@pytest.mark.parametrize("other", [_other(8, {"0830": 1.5}), _other(8, {"0717": 35.0}, clock=False),
+                                   "&&\r\n0105261127\r\n010699:99\r\n01185.0\r\n!!\r\n"])  # fmt: skip
+def test_wits_record_that_tells_nothing_does_not_end_the_watch(rig, other):
+    """Such a record comes by itself: a twin reads a stream record by record."""
+    first, later = "".join(map(_drives, range(8))), "".join(map(_drives, range(9, 12)))
+    feed = _wits(rig, [first.encode(), other.encode(), later.encode()])
+    pieces = [piece for _ in range(4) for piece in feed.poll()]
+    assert np.concatenate([piece["top_drive_speed"][0] for piece in pieces]).size == 11
+
+
+def test_wits_records_of_other_kinds_may_come_first(rig):
+    text = "".join(_other(s, {"0830": 1.5}) for s in range(6)) + "".join(map(_drives, range(6, 14)))
+    feed = _wits(rig, [text.encode()])
+    assert feed.poll()[0]["top_drive_speed"][0].size == 8
+
+
+def test_wits_item_that_comes_later_is_taken(rig):
+    """A survey record with the toolface comes some times a minute."""
+    said = []
+    first, later = "".join(map(_drives, range(8))), "".join(map(_drives, range(9, 12)))
+    tool_face = _other(8, {"0717": 35.0}) + _other(20, {"0717": 36.0})
+    feed = _wits(rig, [first.encode(), tool_face.encode(), later.encode()], note=said.append)
+    pieces = [piece for _ in range(4) for piece in feed.poll()]
+    measured = np.concatenate([piece["tool_face"][1] for piece in pieces if "tool_face" in piece])
+    assert measured == pytest.approx(np.radians([35.0, 36.0]))
+    block = np.concatenate([piece["block_position"][1] for piece in pieces if "block_position" in piece])
+    assert block[-1] == pytest.approx(0.3048 * 0.11) and len(said) == 1
+
+
+def test_wits_without_a_usable_record_is_refused(rig):
+    feed = _wits(rig, ["".join(_other(s % 60, {"0830": 1.5}) for s in range(200)).encode()])
+    with pytest.raises(InputError, match="holds none of the items"):
+        feed.poll()
 
 
 def test_wits_without_units_is_refused(rig):
