@@ -15,6 +15,7 @@ _SAME_S = 120.0  # after a detection, in which other channels show the same chan
 _SAME_ONSET_S = 60.0  # between the onsets of what is one change
 _DATED_S = 30.0  # within which an onset after a detection may be that of the change that was detected
 _GROWING_S = 900.0  # for which a ramp may go on
+_MOVED_BY_FRICTION = {"surface_torque", "hook_load"}
 _REFINED_S = 240.0  # for which time and kind of a detection follow the data
 _BACK = (0.5, 2.0)  # of its size, by which a change that is over went back
 _MIN_EVENT_S = 15.0
@@ -121,13 +122,24 @@ def _belongs(last: _Open, alarm: Alarm) -> bool:
     age, seen = alarm.time - last.detection.detected, (alarm.channel, alarm.kind) in last.seen
     if age <= _SAME_S and alarm.change.interval[0] <= last.detection.detected + _DATED_S:
         return True
+    if last.detection.kind == "ramp" and age <= _GROWING_S and _may_grow_with(last, alarm, seen):
+        return True
     if not _began_before(last, alarm):
-        # A later onset is another change, but for the ramp whose onset moves on while it grows.
-        same_sign = alarm.change.size * last.alarm.change.size > 0.0
-        return seen and last.detection.kind == "ramp" and same_sign and age <= _GROWING_S
+        return False
     if abs(alarm.change.since - last.detection.since) <= _SAME_ONSET_S:
         return True
     return seen and age <= _GROWING_S
+
+
+def _may_grow_with(last: _Open, alarm: Alarm, seen: bool) -> bool:
+    """Whether an alarm of a later onset may show a ramp that goes on growing.
+
+    Its onset moves on in what has shown it. Friction that grows shows in torque and hook load, in each of their
+    features at another time.
+    """
+    if seen:
+        return alarm.change.size * last.alarm.change.size > 0.0
+    return alarm.change.kind == "ramp" and {alarm.channel, last.detection.channel} <= _MOVED_BY_FRICTION
 
 
 def _began_before(last: _Open, alarm: Alarm) -> bool:

@@ -40,6 +40,15 @@ def test_growing_ramp_is_one_change():
     assert len(log.detections) == 1
 
 
+@pytest.mark.parametrize(("channel", "kind", "new"), [
+    ("hook_load", "ramp", False), ("hook_load", "step", True), ("standpipe_pressure", "ramp", True),
+])  # fmt: skip
+def test_friction_that_grows_shows_later_in_the_hook_load(channel, kind, new):
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0, kind="ramp", channel="surface_torque"))
+    assert log.take(_alarm(500.0, 420.0, kind=kind, channel=channel)) is new
+
+
 def test_change_that_goes_back_is_an_event():
     log = DetectionLog()
     log.take(_alarm(100.0, 80.0, size=4.0))
