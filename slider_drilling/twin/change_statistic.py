@@ -43,6 +43,8 @@ class Wander:
         weighed: Of what goes with the load on the bit, at all of it.
         steered: Of what stays when the centre of the rocking has moved by 1 rad.
         swung: Of what a way of rocking has of its own, beside others of another swing or period.
+        slipped: Of what a mean has of its own for each noise level by which the hook load has moved: the string slips,
+            and takes weight to the bit.
         threshold: Evidence that rigs without a change do not reach.
         smallest: Change that is worth a detection.
         values: Of the feature, one every five seconds, that make a mean.
@@ -62,6 +64,7 @@ class Wander:
     swung: float
     threshold: float
     smallest: float
+    slipped: float = 0.0
     values: int = 12
     before: int = 3
     freedom: float = 4.0
@@ -156,6 +159,7 @@ def covariance(means: FeatureMeans, uncertain: Uncertainty, wander: Wander) -> A
     drifted = (time - time[0]) / 600.0
     same = means.stretch[:, None] == means.stretch[None, :]
     own = wander.white**2 * wander.values / means.count + (wander.fresh * np.exp(-means.age / _FADE_S)) ** 2
+    own = own + (wander.slipped * means.hook_load_moved) ** 2
     moved = means.sensitivity @ uncertain.wanders
     whole = (
         _LEVEL**2 + wander.slow**2 * kept + wander.drift**2 * np.outer(drifted, drifted) + wander.jump**2 * same

@@ -23,6 +23,8 @@ _OFF_BOTTOM_MEMORY_S, _MOST_VALUES = 14400.0, 360
 _CONFIRMED_S = 12.0  # for which a feature must show a change without a break
 
 _DATES = 5.0  # evidence of a feature from which it dates what a diagnosis has found
+# s and values of a stretch of work that give the level of the hook load in it.
+_HOOK_LOAD_S, _HOOK_LOAD_VALUES = 300.0, 6
 
 Key = tuple[str, str, str]
 """Kind of work (`wander.comparisons`), channel and kind of a feature."""
@@ -55,6 +57,7 @@ class _Value:
     steering: float
     swing: float
     pace: float
+    hook_load_moved: float
     sensitivity: Array
 
 
@@ -83,6 +86,7 @@ class ChangeDetector:
                 self._shown_since.pop(key, None)
         if not activity.comparable and not activity.circulating:
             return
+        moved = self._hook_load_moved(time, activity, found)
         for feature in found:
             block_moves = feature.channel == "hook_load" and activity.circulating and not activity.hanging
             if block_moves:
@@ -90,11 +94,22 @@ class ChangeDetector:
             value = _Value(
                 time, feature.value, activity.stretch, activity.stretch_start, activity.period,
                 0.0 if activity.circulating else activity.load, activity.steering, activity.swing, activity.pace,
-                feature.sensitivity,
+                moved, feature.sensitivity,
             )  # fmt: skip
             for work in comparisons(activity.mode, feature.channel, feature.kind):
                 if wander_of(work, feature.channel, feature.kind) is not None:
                     self._keep((work, feature.channel, feature.kind), value)
+
+    def _hook_load_moved(self, time: float, activity: Activity, found: Sequence[Feature]) -> float:
+        """Noise levels by which the hook load has left its level in this stretch of work; 0 where that is not known.
+
+        A string that slips where the plant's holds takes weight to the bit, and the hook load with it.
+        """
+        mean = next((each.value for each in found if (each.channel, each.kind) == ("hook_load", "mean")), None)
+        series = self._series.get((activity.mode, "hook_load", "mean"), ())
+        level = [each.value for each in series
+                 if each.stretch == activity.stretch and each.time >= time - _HOOK_LOAD_S]  # fmt: skip
+        return 0.0 if mean is None or len(level) < _HOOK_LOAD_VALUES else abs(mean - float(np.median(level)))
 
     def _keep(self, key: Key, value: _Value) -> None:
         series = self._series.setdefault(key, deque())

@@ -23,6 +23,7 @@ class FeatureSeries:
         window: s over which each value was taken, (n,).
         load, steering, swing, pace: Load, travel of the centre, swing and pace of the drive, see `activity.Activity`,
             (n,).
+        hook_load_moved: Noise levels by which the hook load has left its level in the stretch, (n,).
         sensitivity: (n, p) to the tracked parameters.
     """
 
@@ -35,6 +36,7 @@ class FeatureSeries:
     steering: Array
     swing: Array
     pace: Array
+    hook_load_moved: Array
     sensitivity: Array
 
     def first(self, count: int) -> FeatureSeries:
@@ -64,6 +66,7 @@ class FeatureMeans:
     steering: Array
     swing: Array
     pace: Array
+    hook_load_moved: Array
     sensitivity: Array
     weights: Array
 
@@ -83,7 +86,7 @@ def means_of(series: FeatureSeries, values: int) -> FeatureMeans:
         weights @ series.time, series.time[first], series.time[after - 1], weights @ series.value,
         (after - first).astype(float), series.stretch[first], weights @ (series.time - series.stretch_start),
         weights @ series.load, weights @ series.steering, weights @ series.swing, weights @ series.pace,
-        weights @ series.sensitivity, weights,
+        weights @ series.hook_load_moved, weights @ series.sensitivity, weights,
     )  # fmt: skip
 
 

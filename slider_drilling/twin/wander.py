@@ -2,8 +2,9 @@
 
 The numbers are in noise levels of the channel: those of maximum likelihood, rounded, over slides with operations of 32
 foreign rigs in which nothing begins, 14 by the controller and 18 by a crew that rocks by hand
-(`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a mean has of its own is set by hand: less of
-it makes a small move within a stretch look like a change. So are the thresholds: a quarter above what these slides, 16
+(`slider_drilling.benchmarks.twin_wander` fits them to any slides). What a slipping string brings is the likeliest on
+three slides of an independent rig and four of crews. What a mean has of its own is set by hand: less of it makes a
+small move within a stretch look like a change. So are the thresholds: a quarter above what these slides, 16
 more and 10 of an independent rig show, but for what single slides show; on two of 8 fresh slides without a change a
 feature went beyond a tenth. What is smaller is left to the regular checks.
 """
@@ -61,7 +62,7 @@ WANDERS = {
     ),
     ("standpipe_pressure", "mean"): Wander(
         white=0.5, slow=0.93, memory=250, drift=0.12, jump=0.53, fresh=0.88,
-        weighed=2.0, steered=0.033, swung=1.1, threshold=12.5, smallest=2.0,
+        weighed=2.0, steered=0.033, swung=1.1, threshold=12.5, smallest=2.0, slipped=2.0,
     ),
     ("standpipe_pressure", "spread"): Wander(
         white=0.08, slow=0.032, memory=760, drift=0.005, jump=0.011, fresh=0.027,

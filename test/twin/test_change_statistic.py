@@ -28,7 +28,7 @@ def _series(seed, duration=900.0, window=10.0):
     white = _WANDER.white * np.sqrt(_WANDER.values)
     value = 5.0 + white * random.normal(size=time.size) + _WANDER.slow * slow
     nothing, windows = np.zeros(time.size), np.full(time.size, window)
-    return FeatureSeries(time, value, nothing, nothing, windows, *[nothing] * 4, np.zeros((time.size, 1)))
+    return FeatureSeries(time, value, nothing, nothing, windows, *[nothing] * 5, np.zeros((time.size, 1)))
 
 
 def _change(series, more=0.0, uncertain=_KNOWN):

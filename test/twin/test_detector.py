@@ -114,3 +114,37 @@ def test_what_was_seen_before_calibration_counts_after_it():
     after = before.recalibrated(np.array([1.5]), before.uncertain)
     moved = before.series(_PRESSURE).value - after.series(_PRESSURE).value
     assert np.allclose(moved, 3.0)
+
+
+_ROCKING = Activity(
+    "rocking", True, "", True, 20.0, 1, 0.0, comparable=True, circulating=False, hanging=False,
+    circulation_known=False, valid_until=np.inf, load=1.0,
+)  # fmt: skip
+
+
+def _rocked(hook_load):
+    """Rocking for 10 min; the pressure rises by 8 noise levels at 400 s, the hook load by so many within a minute."""
+    detector = ChangeDetector(Uncertainty(np.zeros((1, 1)), np.zeros((1, 1))))
+    random = np.random.default_rng(0)
+    for now in np.arange(0.0, 600.0, 5.0):
+        pressure = 8.0 * (now >= 400.0) + 0.5 * random.normal()
+        hook = hook_load * np.clip((now - 380.0) / 60.0, 0.0, 1.0) + 0.2 * random.normal()
+        zero = np.zeros(1)
+        found = [Feature("standpipe_pressure", "mean", pressure, zero), Feature("hook_load", "mean", hook, zero)]
+        detector.add(now, _ROCKING, found)
+    return detector.change((ROCKING_OR_OFF_BOTTOM, "standpipe_pressure", "mean")).evidence
+
+
+def test_pressure_that_rises_as_the_string_slips_is_weight_and_not_a_change():
+    threshold = WANDERS["standpipe_pressure", "mean"].threshold
+    assert _rocked(0.0) > threshold
+    assert _rocked(5.0) < 0.7 * threshold
+
+
+def test_hook_load_of_a_new_stretch_has_a_level_of_its_own():
+    detector = ChangeDetector(Uncertainty(np.zeros((1, 1)), np.zeros((1, 1))))
+    for now in np.arange(0.0, 400.0, 5.0):
+        second = now >= 200.0
+        found = [Feature("hook_load", "mean", 4.0 * second, np.zeros(1))]
+        detector.add(now, replace(_ROCKING, stretch=int(second), stretch_start=200.0 * second), found)
+    assert not detector.series(("rocking", "hook_load", "mean")).hook_load_moved.any()
