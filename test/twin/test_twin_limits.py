@@ -16,8 +16,8 @@ _KNOWN = Uncertainty(np.zeros((1, 1)), np.zeros((1, 1)))
 def _series():
     time = np.arange(100.0, 1200.0, 5.0)
     still = np.zeros(time.size)
-    return FeatureSeries(time, still, still, still + 70.0, still + 20.0, still + 0.5, still, still + 3.0, still + 3.0, still,
-                         np.zeros((time.size, 1)))  # fmt: skip
+    return FeatureSeries(time, still, still, still + 70.0, still + 20.0, still + 0.5, still, still + 3.0, still + 3.0,
+                         still, np.zeros((time.size, 1)))  # fmt: skip
 
 
 def _added(kind):
