@@ -69,6 +69,14 @@ def test_dead_sensor_gets_no_unit(log, rig, series, column, channel, noise):
     assert "looks like" not in text
 
 
+def test_part_of_a_run_may_begin_while_wall_and_bit_carry_the_string(log, rig):
+    loaded = changed(log, "draw_works", effort=lambda x: 0.25 * x)
+    assert "hook_load starts at" in error_of(loaded, rig)
+    assert not [issue for issue in check_log(loaded, rig, whole=False).issues if issue.severity == "unusable"]
+    dead = check_log(changed(log, "draw_works", effort=lambda x: 0.0 * x), rig, whole=False)
+    assert any("dead" in str(issue.text) for issue in dead.issues)
+
+
 def test_hints_name_units_of_recorders(log, rig):
     assert "MN" not in error_of(changed(log, "draw_works", effort=lambda x: 1.0 + 0.0 * x + 1e-6 * x), rig)
 

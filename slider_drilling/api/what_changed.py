@@ -128,11 +128,15 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
         return diagnose_change(
             request.baseline, request.logs, rig, only=request.only, seed=request.seed, progress=progress
         )
-    log = request.logs[0]
+    log, begin = request.logs[0], 0.0
     if request.since == "auto":
         since, windows = find_since(log, rig, progress)
+        begin = windows.before[0]
         before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.after, log.end)
     else:
         since = Since(request.since, log_start=request.since)
         before, after = split_at(log, since.time)
-    return diagnose_change([before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress)
+    return diagnose_change(
+        [before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress,
+        whole=(begin == 0.0, False),
+    )  # fmt: skip

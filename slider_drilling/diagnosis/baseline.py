@@ -85,17 +85,18 @@ class Baseline:
         return {name: parameter.value for name, parameter in self.parameters.items()}
 
 
-def fit_baseline(logs: Sequence[RigLog], rig: Rig) -> Baseline:
+def fit_baseline(logs: Sequence[RigLog], rig: Rig, whole: bool = True) -> Baseline:
     """Calibrate the rig to logs that were made before something changed.
 
     Args:
         logs: One or several; several are fitted together.
         rig: The rig file.
+        whole: Whether the logs begin as runs do, see `check_log`.
 
     Raises:
         InputError: A log is unusable, or no calibration makes the simulation follow it.
     """
-    checks = [check_log(log, rig) for log in logs]
+    checks = [check_log(log, rig, whole) for log in logs]
     for checked in checks:
         checked.raise_if_unusable()
     calm = [from_calm_start(checked.log, rig, longest=True) for checked in checks]

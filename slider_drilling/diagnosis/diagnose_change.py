@@ -75,6 +75,7 @@ def diagnose_change(
     only: Sequence[str] = (),
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
+    whole: tuple[bool, bool] = (True, True),
 ) -> Diagnosis:
     """Diagnose what is different in later logs.
 
@@ -88,15 +89,18 @@ def diagnose_change(
         only: Names of the changes to consider; all if empty.
         seed: Of the bootstrap.
         progress: Called with the stage and the share done.
+        whole: Whether the earlier and the later logs begin as runs do, see `check_log`.
 
     Raises:
         InputError: A log is unusable, or too short.
     """
     started = clock.perf_counter()
     progress("calibrating the baseline", 0.05)
-    baseline = before if isinstance(before, Baseline) else fit_baseline(long_enough(before, MIN_BEFORE_S), rig)
+    baseline = before
+    if not isinstance(baseline, Baseline):
+        baseline = fit_baseline(long_enough(baseline, MIN_BEFORE_S), rig, whole[0])
     calm = [from_calm_start(log, rig) for log in long_enough(after, MIN_AFTER_S)]
-    checks = tuple(check_log(log, rig) for log in calm)
+    checks = tuple(check_log(log, rig, whole[1]) for log in calm)
     for checked in checks:
         checked.raise_if_unusable()
     progress("searching what has changed", 0.5)

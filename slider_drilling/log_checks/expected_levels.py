@@ -19,6 +19,7 @@ _MAX_SIMULATED = 1200.0  # s; only the first part of a longer log is simulated
 _START_SHARE = 0.05  # of the log: shows how the string hangs at the start
 _NOISE = 3.0  # standard deviations of noise that are no level
 _PUMPING = 0.3  # of the highest flow in the log
+_CARRIED = 0.01  # of the string's weight, that is always left on the hook
 
 # Measured over expected level that calibration or a catalogued effect can still explain.
 # Torque: friction factors (0.4 to 2.5; from 0.15 with torque alone) and a sensor's gain (0.4 to 2.5) at their limits.
@@ -69,8 +70,14 @@ def simulate_as_given(log: RigLog, rig: Rig) -> Response | None:
     return simulate(rig, commands.samples(inside), _ELEMENTS)
 
 
-def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:
-    """Hook load at the start of the log, against the string's buoyed weight."""
+def hook_load(log: RigLog, rig: Rig, whole: bool = True) -> ExpectedLevel | None:
+    """Hook load at the start of the log, against the string's buoyed weight.
+
+    Args:
+        log: The log.
+        rig: Its rig file.
+        whole: Whether the log begins as a run does. In a part of one, wall and bit may carry most of the string.
+    """
     if log.draw_works is None:
         return None
     values = log.draw_works.effort[np.isfinite(log.draw_works.effort)]
@@ -78,8 +85,9 @@ def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:
         return None
     measured = float(np.median(values[: max(int(_START_SHARE * values.size), 1)]))
     hanging = static_loads(rig, elements=100).hook_load
-    limits = HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging
-    return ExpectedLevel("starts at", measured, hanging, *limits, _white_noise(values))
+    noise = _white_noise(values)
+    least = HOOK_LOAD[0] * hanging if whole else max(_NOISE * noise, _CARRIED * hanging)
+    return ExpectedLevel("starts at", measured, hanging, least, HOOK_LOAD[1] * hanging, noise)
 
 
 def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> ExpectedLevel | None:

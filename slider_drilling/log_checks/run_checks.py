@@ -61,7 +61,7 @@ class LogChecks:
             raise InputError(f"{self.log.source}: {'; '.join(reasons)}")
 
 
-def check_log(log: RigLog, rig: Rig) -> LogChecks:
+def check_log(log: RigLog, rig: Rig, whole: bool = True) -> LogChecks:
     """Check a log against itself and against its rig file. Takes less than a second for a log of 400 s.
 
     Nothing is fitted. The checks compare time stamps with each other, angle with speed, levels with what the rig file's
@@ -70,6 +70,8 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     Args:
         log: The log as recorded.
         rig: The rig that the log is said to come from.
+        whole: Whether the log begins as a run does. A part of a run may begin while wall and bit carry the string: its
+            hook load shows no unit then.
 
     Raises:
         InputError: The log holds no top drive, so that nothing drives the plant.
@@ -90,7 +92,7 @@ def check_log(log: RigLog, rig: Rig) -> LogChecks:
     issues += block
     unchecked: dict[Check, str] = {} if rotates else {"block weight": _NO_ROTATION}
     rig = expected_levels.rig_off_bottom(log, rig)
-    issues += check_level("hook_load", expected_levels.hook_load(log, rig), log.imported)
+    issues += check_level("hook_load", expected_levels.hook_load(log, rig, whole), log.imported)
     issues += check_pump_unit(log, rig) or check_level(
         "standpipe_pressure", expected_levels.standpipe_pressure(log, rig), log.imported
     )

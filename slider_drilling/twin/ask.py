@@ -96,6 +96,8 @@ def diagnose_after(before: RigLog | Baseline, after: RigLog, rig: Rig, channel: 
     from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, long_enough
     from slider_drilling.diagnosis.to_json import to_json
 
-    baseline = fit_baseline(long_enough([before], MIN_BASELINE_S), rig) if isinstance(before, RigLog) else before
+    baseline = before
+    if isinstance(baseline, RigLog):
+        baseline = fit_baseline(long_enough([baseline], MIN_BASELINE_S), rig, whole=False)
     since = Since(0.0, found=True, channel=channel)
-    return Answer(to_json(diagnose_change(baseline, [after], rig, since=since)), baseline)
+    return Answer(to_json(diagnose_change(baseline, [after], rig, since=since, whole=(False, False))), baseline)
