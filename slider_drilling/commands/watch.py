@@ -116,19 +116,19 @@ def command(
         except KeyboardInterrupt:
             # The usual end of a stream.
             if save_rig is not None:
-                unsaved = _not_saved(twin, save_rig)
+                unsaved = _save_rig(twin, save_rig)
                 print_note(f"{save_rig}: {'not written: the rig is not learnt' if unsaved else 'the calibrated rig'}")
             raise
         finally:
             twin.close()
             lines.end()
-    if save_rig is not None and (why := _not_saved(twin, save_rig)):
+    if save_rig is not None and (why := _save_rig(twin, save_rig)):
         raise InputError(why)
     return 0
 
 
-def _not_saved(twin: Twin, path: Path) -> str:
-    """Write the calibrated rig; why not, if the twin has not learnt it."""
+def _save_rig(twin: Twin, path: Path) -> str:
+    """Write the calibrated rig. Returns why it was not written; empty if it was."""
     from slider_drilling.files.output_files import write_atomically
     from slider_drilling.rig import dump_rig
 

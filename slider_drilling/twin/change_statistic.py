@@ -158,8 +158,10 @@ def covariance(means: FeatureMeans, uncertain: Uncertainty, wander: Wander) -> A
     kept = np.exp(-np.abs(time[:, None] - time[None, :]) / wander.memory)
     drifted = (time - time[0]) / 600.0
     same = means.stretch[:, None] == means.stretch[None, :]
-    own = wander.white**2 * wander.values / means.count + (wander.fresh * np.exp(-means.age / _FADE_S)) ** 2
-    own = own + (wander.slipped * means.hook_load_moved) ** 2
+    own = (
+        wander.white**2 * wander.values / means.count + (wander.fresh * np.exp(-means.age / _FADE_S)) ** 2
+        + (wander.slipped * means.hook_load_moved) ** 2
+    )  # fmt: skip
     moved = means.sensitivity @ uncertain.wanders
     whole = (
         _LEVEL**2 + wander.slow**2 * kept + wander.drift**2 * np.outer(drifted, drifted) + wander.jump**2 * same

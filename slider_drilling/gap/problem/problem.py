@@ -97,11 +97,6 @@ class Problem:
         """N."""
         return self.correction.size
 
-    @property
-    def time(self) -> Array:
-        """(N,) s."""
-        return np.concatenate([piece.channel.time for piece in self.pieces])
-
     def run_parameters(self, values: Values, run: int) -> dict[str, float]:
         """The parameter set of one run: outside the model, per-run parameters are named ``name@run``."""
         suffix = f"@{run}"
