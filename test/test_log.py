@@ -250,6 +250,18 @@ def test_full_disk_keeps_what_was_written(tmp_path: Path, size: int) -> None:
     assert log.notes == ()
 
 
+@pytest.mark.parametrize("room", [0, 1, 20, 49, 50])
+def test_log_on_a_full_disk_has_an_end_however_little_room_is_left(tmp_path: Path, room: int) -> None:
+    fill_disk(tmp_path / "first.mcap", 150_000)
+    # Its end without a summary takes 50 bytes: the second disk has so little room, or none, after the same messages.
+    written = (tmp_path / "first.mcap").stat().st_size - 50
+    fill_disk(tmp_path / "run.mcap", written + room)
+    first, log = read_log(tmp_path / "first.mcap"), read_log(tmp_path / "run.mcap")
+    np.testing.assert_array_equal(log.top_drive.position, first.top_drive.position)
+    assert log.notes == ()
+    assert (tmp_path / "run.mcap").stat().st_size <= written + room
+
+
 def test_full_disk_leaves_no_empty_log(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     assert fill_disk(path, 150_000, "whole") == f"{path}: cannot write this log: File too large\n"

@@ -65,7 +65,7 @@ class AppendOnlyFile:
 
     Attributes:
         size: Bytes in the file.
-        crc: CRC-32 of them.
+        crc: CRC-32 of them; 0 once the file was shortened, as in a DataEnd record.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -89,6 +89,12 @@ class AppendOnlyFile:
         self.size += len(data)
         self.crc = zlib.crc32(data, self.crc)
         return start
+
+    def shorten(self, size: int) -> None:
+        """Keep the first `size` bytes. Raises OSError."""
+        os.ftruncate(self._descriptor, size)
+        os.lseek(self._descriptor, size, os.SEEK_SET)
+        self.size, self.crc = size, 0
 
     def close(self) -> None:
         """Close the file; a second call does nothing. Raises OSError where the system lost what was written."""
@@ -279,8 +285,22 @@ class McapWriter:
         try:
             self._file.append(end + self._summary(self._file.size + len(end)) + MAGIC)
         except OSError:
-            self._file.append(end + encoded(Footer(summary_start=0, summary_offset_start=0, summary_crc=0)) + MAGIC)
+            self._write_short_end()
             raise
+
+    def _write_short_end(self) -> None:
+        """End the file without a summary; the last chunk's index gives its room where there is none."""
+        footer = encoded(Footer(summary_start=0, summary_offset_start=0, summary_crc=0)) + MAGIC
+        try:
+            self._file.append(encoded(DataEnd(self._file.crc)) + footer)
+        except OSError:
+            if not self._chunks:
+                raise
+            end_of_chunk = self._chunks[-1].chunk_start_offset + self._chunks[-1].chunk_length
+            if end_of_chunk + self._chunks[-1].message_index_length != self._file.size:
+                raise  # an attachment or metadata follows the chunk
+            self._file.shorten(end_of_chunk)
+            self._file.append(encoded(DataEnd(self._file.crc)) + footer)
 
     def _summary(self, start: int) -> bytes:
         """The summary section, which starts at offset `start`, and the footer."""
