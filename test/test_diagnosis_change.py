@@ -11,7 +11,7 @@ import pytest
 from short_well import short_rig
 
 from slider_drilling.api.diagnose import diagnose
-from slider_drilling.api.what_changed import parse_since
+from slider_drilling.api.what_changed import parse_since, windows_at
 from slider_drilling.blind.manoeuvres import steady
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.diagnosis import baseline as baseline_module
@@ -22,7 +22,7 @@ from slider_drilling.diagnosis.change_answer import ChangedParameter
 from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, found_by_calibration, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
-from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
+from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES, with_rig_changes
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
@@ -127,12 +127,10 @@ def test_only_restricts_the_changes(baseline, logs):
         diagnose_change(baseline, [logs["same"]], short_rig(), only=("stripeck",))
 
 
-def test_split_needs_log_on_both_sides(logs):
-    before, after = split_at(logs["same"], 65.0)
-    assert before.top_drive.time[-1] <= 65.0 and after.top_drive.time[0] == pytest.approx(0.0, abs=0.11)
+def test_change_within_a_log_needs_log_on_both_sides(logs):
     for since in (10.0, 90.0, -5.0):
         with pytest.raises(InputError, match=f"^since {since:g}: .* holds 100 s"):
-            split_at(logs["same"], since)
+            windows_at(logs["same"], since)
 
 
 def test_options_that_exclude_each_other(logs):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from slider_drilling.diagnosis.catalogue import check_names
-from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, split_at
+from slider_drilling.diagnosis.diagnose_change import MIN_AFTER_S, MIN_BEFORE_S, Since, diagnose_change
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.effects import EFFECTS
@@ -92,7 +92,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
         )
     if first is not None:
         windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
-        return Since(first.since, first.interval, True, windows.after, first.channel), windows
+        return Since(first.since, first.interval, True, windows.lead, first.channel), windows
     advice = f"{not_compared}, or" if not_compared else "no change detected; give"
     raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
 
@@ -128,15 +128,26 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
         return diagnose_change(
             request.baseline, request.logs, rig, only=request.only, seed=request.seed, progress=progress
         )
-    log, begin = request.logs[0], 0.0
+    log = request.logs[0]
     if request.since == "auto":
         since, windows = find_since(log, rig, progress)
-        begin = windows.before[0]
-        before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.after, log.end)
     else:
-        since = Since(request.since, log_start=request.since)
-        before, after = split_at(log, since.time)
+        windows = windows_at(log, request.since)
+        since = Since(request.since, log_start=windows.lead)
+    before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.lead, log.end)
     return diagnose_change(
         [before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress,
-        whole=(begin == 0.0, False),
+        whole=(windows.before[0] == 0.0, windows.lead == 0.0), onset=windows.onset_from(windows.lead),
     )  # fmt: skip
+
+
+def windows_at(log: RigLog, since: float) -> Windows:
+    """What to compare where a user says when the change began, s. Raises InputError where that leaves too little."""
+    from slider_drilling.twin.ask import Windows
+
+    if not MIN_BEFORE_S <= since <= log.end - MIN_AFTER_S:
+        raise InputError(
+            f"since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
+            f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
+        )
+    return Windows((0.0, since), since)

@@ -12,6 +12,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.foretold import noise_foretold
 from slider_drilling.diagnosis.nuisance import START_TWISTS
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
@@ -114,6 +115,7 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, whole: bool = True) -> Baseli
             "times the noise; give a stretch of undisturbed work"
         )
     noise = _noise_left(problem, found, floors)
+    noise = noise_foretold(calm, rig, noise, found.values)
     in_these_units = build_problem(model, [{name: noise[name].sigma for name in own} for own in floors])
     again = linearised_at_its_end(
         in_these_units, fit(in_these_units, found.parameters, found.values, iterations=1)
@@ -171,7 +173,7 @@ def _noise_left(problem: Problem, found: Fit, floors: Sequence[Mapping[str, Nois
     """By channel, the larger of the sensor's noise and the RMS of what the fit leaves."""
     squares: dict[str, list[float]] = {}
     for piece in problem.pieces:
-        squares.setdefault(piece.name, []).append(usual_square(piece, found.residual) * piece.noise**2)
+        squares.setdefault(piece.name, []).append(usual_square(problem, piece, found.residual) * piece.noise**2)
     noise = {}
     for name, values in squares.items():
         floor = max((own[name] for own in floors if name in own), key=lambda each: each.sigma)

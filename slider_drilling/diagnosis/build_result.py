@@ -21,6 +21,7 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
     ResidualShape,
 )
+from slider_drilling.diagnosis.usual_error import counts_of
 from slider_drilling.gap.evidence.adequacy import HARDLY_MORE_THAN_NOISE
 from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Array, Effect, Model
@@ -136,8 +137,10 @@ def rms_by_channel(problem: Problem, residual: Array) -> dict[str, float]:
     """RMS of a residual (N,), noise units, by channel over all runs, in the channel's unit."""
     squares: dict[str, list[Array]] = {}
     for piece in problem.pieces:
-        squares.setdefault(piece.name, []).append((residual[piece.rows] * piece.noise) ** 2)
-    return {name: float(np.sqrt(np.mean(np.concatenate(values)))) for name, values in squares.items()}
+        counts = counts_of(problem, piece)
+        squares.setdefault(piece.name, []).append((residual[piece.rows][counts] * piece.noise) ** 2)
+    together = {name: np.concatenate(values) for name, values in squares.items()}
+    return {name: float(np.sqrt(np.mean(values))) for name, values in together.items() if values.size}
 
 
 def _share(closed: float, interval: Interval, answer: GapDiagnosis) -> tuple[float | None, Interval | None]:

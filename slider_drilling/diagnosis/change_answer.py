@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.change_search import (
     only_wandered,
 )
 from slider_drilling.diagnosis.changed_string import ChangedString
-from slider_drilling.diagnosis.usual_error import counted, usual_gap, usual_gaps
+from slider_drilling.diagnosis.usual_error import counted, counts_of, usual_gap, usual_gaps
 from slider_drilling.gap.evidence.compare import share_closed
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.problem import Piece, Problem
@@ -152,13 +152,13 @@ def _verdict(search: ChangeSearch, named: TriedChange | None, different: bool) -
 
 def largest_gap(problem: Problem, residual: Array) -> float:
     """E of the channel that misfits most, or of all together."""
-    large_channels = {piece.name for piece in problem.pieces if _counts_by_itself(piece)}
+    large_channels = {piece.name for piece in problem.pieces if _counts_by_itself(problem, piece)}
     own = [gap for name, gap in usual_gaps(problem, residual).items() if name in large_channels]
     return max([usual_gap(problem, residual), *own])
 
 
-def _counts_by_itself(piece: Piece) -> bool:
-    return piece.channel.time.size >= _MIN_SAMPLES and not piece.channel.accumulates
+def _counts_by_itself(problem: Problem, piece: Piece) -> bool:
+    return bool(np.sum(counts_of(problem, piece)) >= _MIN_SAMPLES and not piece.channel.accumulates)
 
 
 def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:

@@ -10,10 +10,10 @@ import numpy as np
 
 from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
-from slider_drilling.diagnosis.nuisance import START_TWISTS
-from slider_drilling.diagnosis.rig_changes import changes_of_number
+from slider_drilling.diagnosis.rig_changes import changes_of_number, opposite_of
+from slider_drilling.diagnosis.start_state import fit_start_state
 from slider_drilling.diagnosis.usual_error import usual_gap
-from slider_drilling.gap.model import Effect, Parameter, Values
+from slider_drilling.gap.model import Effect, Parameter
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, linearised_at_its_end
 from slider_drilling.gap.search.race import parameters_of
@@ -22,6 +22,8 @@ from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_
 # Candidates that are fitted, of all that are scanned; the first of them from two starts.
 _FITTED, _FROM_TWO_STARTS = 6, 3
 _BOTH_SHAPES = 2  # of the best candidates of the right sign are fitted as a step and as a ramp
+# Calibration is tried again from where so many of the best candidates ended, of those that gain so much.
+_STARTS, _WORTH_A_START = 2, 20.0
 _MOVED = 2.5  # standard deviations of what a number may wander, from which its change is a candidate
 # Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
 # the share of its gain that a candidate keeps within them, if it needs none.
@@ -83,7 +85,7 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
     """
     noise = [{channel.name: baseline.noise[channel.name].sigma for channel in run.channels} for run in model.runs]
     problem = build_problem(model, noise)
-    unchanged = _fit_start(problem)
+    unchanged = fit_start_state(problem)
     calibrated = linearised_at_its_end(problem, fit(problem, parameters_of(problem, ()), unchanged.values))
     entries, scanned = _scan(problem, calibrated, model, baseline.chance_gains)
     first = _moved_numbers(calibrated, model)
@@ -93,6 +95,10 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
         _fit_change(problem, calibrated, each, growing, rank < _FROM_TWO_STARTS, baseline.chance_gains)
         for rank, (each, growing) in enumerate(entries[: _FITTED + len(first)])
     ]
+    tried = under_their_names(tried, model.effects)
+    again = calibrated_again(problem, calibrated, tried)
+    tried = [replace(each, gain=each.gain - calibrated.cost + again.cost) for each in tried]
+    calibrated = again
     likely = worth_both_shapes(tried)
     tried = [
         _in_better_shape(problem, calibrated, each, baseline.chance_gains) if each.effect.name in likely else each
@@ -100,6 +106,47 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
     ]
     tried = sorted((within_wander(each, calibrated) for each in tried), key=lambda each: -each.gain)
     return ChangeSearch(problem, unchanged, calibrated, tuple(tried), scanned)
+
+
+def under_their_names(tried: Sequence[TriedChange], effects: Sequence[Effect]) -> list[TriedChange]:
+    """The candidates, each under the name that its sign has: a plugged nozzle that lowers the pressure is a washout.
+
+    Of two with the same name then, the one that gains more.
+    """
+    by_name = {effect.name: effect for effect in effects}
+    best: dict[str, TriedChange] = {}
+    for each in tried:
+        opposite = opposite_of(each.effect.name)
+        other = None if opposite is None else by_name.get(opposite.name)
+        named = each if other is None or each.effect.is_physical(each.fit.values) else _turned(each, other)
+        if named.effect.name not in best or named.gain > best[named.effect.name].gain:
+            best[named.effect.name] = named
+    return list(best.values())
+
+
+def _turned(tried: TriedChange, other: Effect) -> TriedChange:
+    """The same fit in terms of a change that multiplies the same numbers the other way."""
+    own, new = tried.effect.parameters[0], other.parameters[0]
+    values = {name: value for name, value in tried.fit.values.items() if name != own.name}
+    index = [parameter.name for parameter in tried.fit.parameters].index(own.name)
+    parameters, jacobian = list(tried.fit.parameters), tried.fit.jacobian.copy()
+    parameters[index], jacobian[index] = new, -jacobian[index] * new.scale / own.scale
+    turned = replace(
+        tried.fit, values=values | {new.name: -tried.fit.values[own.name]}, parameters=tuple(parameters),
+        jacobian=jacobian,
+    )  # fmt: skip
+    return replace(tried, effect=other, fit=turned)
+
+
+def calibrated_again(problem: Problem, calibrated: Fit, tried: Sequence[TriedChange]) -> Fit:
+    """The calibration, or a better one from where the best candidates ended: what it misses, any candidate gains."""
+    best = sorted((each for each in tried if each.gain > _WORTH_A_START), key=lambda each: -each.gain)[:_STARTS]
+    fits = []
+    for each in best:
+        own = {parameter.name: parameter.nominal for parameter in each.effect.parameters}
+        fits.append(fit(problem, calibrated.parameters, each.fit.values | own))
+    found = min((calibrated, *fits), key=lambda each: each.cost)
+    return found if found is calibrated else linearised_at_its_end(problem, found)
 
 
 def worth_both_shapes(tried: Sequence[TriedChange]) -> list[str]:
@@ -201,33 +248,13 @@ def _moved_numbers(calibrated: Fit, model: ChangedString) -> list[ScreenedEffect
     return list({each.effect.name: each for each in starts}.values())
 
 
-def _fit_start(problem: Problem) -> Fit:
-    """The state of the string at the start of each log, with everything else as the baseline has it."""
-    own = [parameter for parameter in parameters_of(problem, ()) if "@" in parameter.name]
-    runs = range(len(problem.model.runs))
-    starts = [{f"start_twist@{run}": twist for run in runs} for twist in START_TWISTS]
-    aligned = [_with_tool_face(problem, start) for start in starts]
-    return min((fit(problem, own, start) for start in aligned), key=lambda each: each.cost)
-
-
-def _with_tool_face(problem: Problem, start: Values) -> dict[str, float]:
-    """A start whose toolface begins where it was measured: the first samples' circular mean."""
-    residual = problem.residuals([start])[0]
-    aligned = dict(start)
-    for piece in problem.pieces:
-        if piece.name == "tool_face":
-            first = residual[piece.rows][:3] * piece.noise
-            aligned[f"tool_face_offset@{piece.run}"] = float(np.angle(np.mean(np.exp(1j * first))))
-    return aligned
-
-
 def _scan(
     problem: Problem, calibrated: Fit, model: ChangedString, chance: Mapping[str, float]
 ) -> tuple[list[tuple[ScreenedEffect, bool]], dict[str, float]]:
     """Every candidate as a step and as a ramp, most promising first; and the gain predicted, by candidate."""
     entries = []
     for growing in (False, True):
-        shaped = replace(problem, model=model.growing_change(growing))
+        shaped = replace(problem, model=model.changed_in(model.effects, growing, calibrated.values))
         entries += [(each, growing) for each in screen(scan_effects(shaped, calibrated, model.effects))]
 
     def beyond_chance(entry: tuple[ScreenedEffect, bool]) -> float:
@@ -247,7 +274,7 @@ def _fit_change(
     """One candidate fitted, and what it gains in simulations of the same fidelity."""
     effect, model = screened.effect, problem.model
     assert isinstance(model, ChangedString)
-    shaped = replace(problem, model=model.growing_change(growing)).at_fidelity_of((effect,))
+    shaped = replace(problem, model=model.changed_in((effect,), growing, calibrated.values)).at_fidelity_of((effect,))
     freed = parameters_of(shaped, ())
     own = {parameter.name for parameter in effect.parameters}
     freed = [parameter for parameter in freed if parameter.name not in own] + list(effect.parameters)

@@ -13,11 +13,12 @@ from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
 from slider_drilling.diagnosis.change_result import change_diagnosis
 from slider_drilling.diagnosis.change_search import search_change
-from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
 from slider_drilling.diagnosis.drill_string import DrillString
+from slider_drilling.diagnosis.onset import Onset
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
-from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
+from slider_drilling.diagnosis.undisturbed import from_calm_start, is_calm, without_operations
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
@@ -48,24 +49,6 @@ class Since:
     channel: str | None = None
 
 
-def split_at(log: RigLog, since: float) -> tuple[RigLog, RigLog]:
-    """The log before a time and the log from then on.
-
-    Args:
-        log: The whole log.
-        since: s from its start.
-
-    Raises:
-        InputError: One of the two is too short.
-    """
-    if not MIN_BEFORE_S <= since <= log.end - MIN_AFTER_S:
-        raise InputError(
-            f"since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
-            f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
-        )
-    return cut_time_window(log, 0.0, since), cut_time_window(log, since, log.end)
-
-
 def diagnose_change(
     before: Sequence[RigLog] | Baseline,
     after: Sequence[RigLog],
@@ -76,6 +59,7 @@ def diagnose_change(
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
     whole: tuple[bool, bool] = (True, True),
+    onset: Onset | None = None,
 ) -> Diagnosis:
     """Diagnose what is different in later logs.
 
@@ -83,13 +67,15 @@ def diagnose_change(
 
     Args:
         before: Earlier logs, or what `fit_baseline` made of them.
-        after: Later logs. Each begins where the change does, or later.
+        after: Later logs. Each begins where the change does, or later, but for an onset.
         rig: The rig file.
         since: When the change began, for the answer.
         only: Names of the changes to consider; all if empty.
         seed: Of the bootstrap.
         progress: Called with the stage and the share done.
         whole: Whether the earlier and the later logs begin as runs do, see `check_log`.
+        onset: When the change begins in the later log: what is before it shows the state in which the change finds the
+            string. An operation between the two hides that; the log from the change on is then taken alone.
 
     Raises:
         InputError: A log is unusable, or too short.
@@ -99,18 +85,22 @@ def diagnose_change(
     baseline = before
     if not isinstance(baseline, Baseline):
         baseline = fit_baseline(long_enough(baseline, MIN_BEFORE_S), rig, whole[0])
+    given = Since(0.0) if since is None else since
+    if onset is not None and not is_calm(after[0], rig, onset.changed_from):
+        given = replace(given, log_start=given.log_start + onset.changed_from)
+        after, onset = [cut_time_window(log, onset.changed_from, log.end) for log in after], None
     calm = [from_calm_start(log, rig) for log in long_enough(after, MIN_AFTER_S)]
     checks = tuple(check_log(log, rig, whole[1]) for log in calm)
     for checked in checks:
         checked.raise_if_unusable()
     progress("searching what has changed", 0.5)
     prepared = build_model([checked.log for checked in checks], rig)
-    model = _changed_string(without_operations(prepared.model.with_channels(tuple(baseline.noise))), baseline, only)
+    string = without_operations(prepared.model.with_channels(tuple(baseline.noise)))
+    model = _changed_string(compared_around(string, onset), baseline, only, onset)
     if not any(run.channels for run in model.runs):
         raise InputError(
             f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
         )
-    given = Since(0.0) if since is None else since
     search = replace(search_change(model, baseline), seen_in=given.channel)
     answer = answer_from(search, baseline, seed)
     remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in checks], rig), *prepared.remarks)
@@ -132,12 +122,14 @@ def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
     return logs
 
 
-def _changed_string(string: DrillString, baseline: Baseline, only: Sequence[str]) -> ChangedString:
+def _changed_string(
+    string: DrillString, baseline: Baseline, only: Sequence[str], onset: Onset | None
+) -> ChangedString:
     """The model of the later logs. Raises InputError for a name that is no candidate."""
     candidates = candidates_for_change(string.effects, baseline.standing, baseline.values)
     check_names(only, [effect.name for effect in candidates], "a change")
     candidates = tuple(effect for effect in candidates if not only or effect.name in only)
-    return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates)
+    return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates, onset=onset)
 
 
 def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, known: bool) -> Change:

@@ -41,7 +41,7 @@ from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Modifiers, Observer, Response, simulate_batch
+from slider_drilling.drillstring import Modifiers, Observer, Response, Switch, simulate_batch
 from slider_drilling.drillstring.observer_noise import needed_smoothing, noise_shrinkage
 from slider_drilling.gap.model import (
     Array,
@@ -183,7 +183,43 @@ class DrillString:
         self, run: int, sets: Sequence[Values], elements: int, observer_gain: float = 0.0
     ) -> dict[str, Array]:
         sets = [of_run(values, run) for values in sets]
-        responses = self._responses(run, sets, elements, self._observer(run, observer_gain))
+        return self._read(run, sets, self._responses(run, sets, elements, self._observer(run, observer_gain)))
+
+    def simulate_switched(
+        self, run: int, before: Sequence[Values], after: Sequence[Values], time: float, options: SimulationOptions
+    ) -> dict[str, Array]:
+        """`simulate` of sets that become others at a time of the run, s; none with a user's effect.
+
+        Args:
+            run: Index of the run.
+            before: Until then, K sets.
+            after: From then on, K sets.
+            time: On the run's own clock, s.
+            options: See `Model`.
+        """
+        pairs = [(of_run(old, run), of_run(new, run)) for old, new in zip(before, after, strict=True)]
+        keys = [(_simulated_key(old), _simulated_key(new)) for old, new in pairs]
+        distinct = dict(zip(keys, pairs, strict=True))
+        switched = self._switched(run, list(distinct.values()), time, self.meshes[options.fidelity])
+        simulated = dict(zip(distinct, switched, strict=True))
+        responses = [simulated[key] for key in keys]
+        old, new = (self._read(run, list(sets), responses) for sets in zip(*pairs, strict=True))
+        times = {channel.name: channel.time for channel in self.runs[run].channels}
+        return {name: np.where(times[name] > time, new[name], old[name]) for name in new}
+
+    def _switched(
+        self, run: int, pairs: Sequence[tuple[Values, Values]], time: float, elements: int
+    ) -> list[Response]:
+        inputs = self.inputs[run]
+        return simulate_batch(
+            [rig_with(self.rig, old) for old, _ in pairs], inputs.commands, elements,
+            [initial_state_with(old, inputs.initial_state) for old, _ in pairs], workers=None,
+            acceleration=inputs.acceleration, block_offset=self._block_offset(run, [old for old, _ in pairs]),
+            single_precision=True, switch=Switch(time, [rig_with(self.rig, new) for _, new in pairs]),
+        )  # fmt: skip
+
+    def _read(self, run: int, sets: Sequence[Values], responses: Sequence[Response]) -> dict[str, Array]:
+        """What the run's channels read of these responses (K, n)."""
         simulated: dict[str, Array] = {}
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
@@ -251,8 +287,7 @@ class DrillString:
 
         A set with a user's effect runs by itself: the effect may change the elements.
         """
-        # Sets that differ in how channels are read alone share one simulation.
-        keys = [tuple(item for item in sorted(values.items()) if item[0] not in READINGS) for values in sets]
+        keys = [_simulated_key(values) for values in sets]
         responses: dict[tuple[tuple[str, float], ...], Response] = {}
         batches: dict[tuple[tuple[str, float], ...], dict[tuple[tuple[str, float], ...], Values]] = {}
         for key, values in zip(keys, sets, strict=True):
@@ -290,6 +325,11 @@ class DrillString:
             bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,
         )[0]  # fmt: skip
+
+
+def _simulated_key(values: Values) -> tuple[tuple[str, float], ...]:
+    """What a simulation depends on: sets that differ in how channels are read alone share one."""
+    return tuple(item for item in sorted(values.items()) if item[0] not in READINGS)
 
 
 def _interval(channel: Channel) -> float:

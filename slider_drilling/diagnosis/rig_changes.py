@@ -117,6 +117,14 @@ def changes_of_number(parameter: str, share: float) -> dict[str, float]:
     return amplitudes
 
 
+def opposite_of(name: str) -> RigChange | None:
+    """The change that multiplies the same numbers the other way; None where there is none."""
+    own = RIG_CHANGES.get(name)
+    return next(
+        (each for each in _CHANGES if own and each.multiplied == own.multiplied and each.sign == -own.sign), None
+    )
+
+
 def _covers(name: str, parameter: str) -> bool:
     return parameter == name or (name.endswith("_") and parameter.startswith(name) and parameter[len(name) :].isdigit())
 

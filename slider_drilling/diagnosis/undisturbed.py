@@ -70,6 +70,12 @@ def from_calm_start(log: RigLog, rig: Rig, longest: bool = False) -> RigLog:
     return log if begin <= 0.0 else cut_time_window(log, begin, float(time[-1]))
 
 
+def is_calm(log: RigLog, rig: Rig, until: float) -> bool:
+    """Whether no operation is in a checked log before a time, s."""
+    commands = commands_from_log(log, rig).commands
+    return bool(np.all(calm_times(commands)[commands.time <= until]))
+
+
 def calm_times(commands: Commands) -> NDArray[np.bool_]:
     """(n,) whether no operation moves the block fast or stops the pumps, by the samples of the commands."""
     usual = float(np.median(np.abs(commands.pump_speed)))

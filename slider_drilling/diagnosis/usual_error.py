@@ -13,9 +13,10 @@ _KEPT = 0.8  # of the blocks, those with the smallest errors
 _MIN_BLOCKS = 5  # below which all count
 
 
-def usual_square(piece: Piece, residual: Array) -> float:
+def usual_square(problem: Problem, piece: Piece, residual: Array) -> float:
     """Mean square of a channel's residual (N,) over blocks of 20 s, without the worst fifth of them."""
-    own, time = residual[piece.rows] ** 2, piece.channel.time
+    counts = counts_of(problem, piece)
+    own, time = residual[piece.rows][counts] ** 2, piece.channel.time[counts]
     block = ((time - time[0]) // _BLOCK_S).astype(int)
     count = np.bincount(block)
     means = np.bincount(block, weights=own)[count > 0] / count[count > 0]
@@ -28,7 +29,9 @@ def usual_gaps(problem: Problem, residual: Array) -> dict[str, float]:
     """E by channel of a residual (N,) in noise units: the root of `usual_square`, over all runs."""
     squares: dict[str, list[tuple[float, int]]] = {}
     for piece in problem.pieces:
-        squares.setdefault(piece.name, []).append((usual_square(piece, residual), piece.channel.time.size))
+        size = int(np.sum(counts_of(problem, piece)))
+        if size:
+            squares.setdefault(piece.name, []).append((usual_square(problem, piece, residual), size))
     return {
         name: float(np.sqrt(np.average([own for own, _ in values], weights=[size for _, size in values])))
         for name, values in squares.items()
@@ -37,9 +40,15 @@ def usual_gaps(problem: Problem, residual: Array) -> dict[str, float]:
 
 def usual_gap(problem: Problem, residual: Array) -> float:
     """E of a residual (N,) over all channels that count, each sample alike."""
-    pieces = [piece for piece in problem.pieces if not piece.channel.accumulates] or list(problem.pieces)
-    sizes = [piece.channel.time.size for piece in pieces]
-    return float(np.sqrt(np.average([usual_square(piece, residual) for piece in pieces], weights=sizes)))
+    counting = [piece for piece in problem.pieces if np.any(counts_of(problem, piece))]
+    pieces = [piece for piece in counting if not piece.channel.accumulates] or counting
+    sizes = [np.sum(counts_of(problem, piece)) for piece in pieces]
+    return float(np.sqrt(np.average([usual_square(problem, piece, residual) for piece in pieces], weights=sizes)))
+
+
+def counts_of(problem: Problem, piece: Piece) -> NDArray[np.bool_]:
+    """(n,) whether each sample of a channel counts in the errors that are told."""
+    return np.asarray(piece.channel.time >= problem.model.runs[piece.run].counts_from)
 
 
 def counted(problem: Problem) -> NDArray[np.bool_]:
@@ -47,7 +56,7 @@ def counted(problem: Problem) -> NDArray[np.bool_]:
 
     It counts in the likelihood, by its missed steps. All samples count where there is no other channel.
     """
-    rows = np.zeros(problem.size, dtype=bool)
+    counts, steady = np.zeros(problem.size, dtype=bool), np.zeros(problem.size, dtype=bool)
     for piece in problem.pieces:
-        rows[piece.rows] = not piece.channel.accumulates
-    return rows if rows.any() else ~rows
+        counts[piece.rows], steady[piece.rows] = counts_of(problem, piece), not piece.channel.accumulates
+    return counts & steady if np.any(counts & steady) else counts

@@ -9,10 +9,10 @@ import numpy as np
 
 from slider_drilling.drillstring import assemble
 from slider_drilling.drillstring.initial_state import InitialState
-from slider_drilling.drillstring.kernel_arrays import Array, to_single_precision
+from slider_drilling.drillstring.kernel_arrays import Array
+from slider_drilling.drillstring.lane_block import LaneBlock, PlantState, min_substeps
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands
-from slider_drilling.drillstring.simulate import LaneBlock, PlantState, min_substeps
 from slider_drilling.rig import Rig
 
 _STIFFEST = 1.2  # times the shear modulus: the time step stays stable when a calibration stiffens the string
@@ -72,14 +72,7 @@ class PlantBank:
         """
         if min_substeps(rigs, self._mesh, self._interval) > self._substeps:
             raise ValueError("plant bank: these rigs need a shorter time step than those that it began with")
-        before = self._lanes
-        self._lanes = self._build(rigs, before.starts)
-        if before.state is None or before.last is None:
-            return
-        self._lanes.elements, _ = to_single_precision(self._lanes.elements, before.state, len(rigs))
-        self._lanes.state, self._lanes.last = before.state, before.last
-        # The kernel reads friction from the state.
-        before.state.per_sliding_length[:] = self._lanes.elements.per_sliding_length
+        self._lanes = self._lanes.with_rigs(rigs)
 
     def save(self) -> PlantState:
         """A copy of the state. Raises ValueError before the first `advance`."""

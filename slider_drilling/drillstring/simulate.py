@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slider_drilling.drillstring import assemble, kernel
+from slider_drilling.drillstring import assemble
 from slider_drilling.drillstring.assemble import Modifiers
-from slider_drilling.drillstring.depth_profile import DepthProfile, compute_profile
-from slider_drilling.drillstring.initial_state import InitialState, initial_kernel_state
-from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array, KernelState, to_single_precision
+from slider_drilling.drillstring.depth_profile import DepthProfile
+from slider_drilling.drillstring.initial_state import InitialState
+from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array
+from slider_drilling.drillstring.lane_block import LaneBlock, PlantState, min_substeps
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands, Response
-from slider_drilling.process.jit_cache import announce_compilation
 from slider_drilling.process.parallel_map import idle_threads, parallel_map
 from slider_drilling.rig import Rig
 
@@ -24,14 +24,6 @@ ELEMENTS = 200
 """Default number of elements: with more, surface torque of the example rig changes by less than 1 % RMS."""
 _MORE_STEPS = 1.25  # times the steps of the easiest run of a batch, from which on a run is stepped apart
 _LANES_PER_BLOCK = 16  # runs side by side whose arrays of 200 elements just fit a core's second-level cache
-
-
-@dataclass(frozen=True)
-class PlantState:
-    """A copy of everything that changes in a plant, for `Plant.restore`."""
-
-    arrays: KernelState
-    last_command: Array
 
 
 class Plant:
@@ -144,6 +136,7 @@ def simulate_batch(
     bit_torque_factor: Array | None = None,
     block_offset: Array | None = None,
     single_precision: bool = False,
+    switch: Switch | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
@@ -161,6 +154,7 @@ def simulate_batch(
         block_offset: m that each run's block is lower than the commands say, (K, n), joined linearly.
         single_precision: Compute in single precision except for positions and rotations, in half the time. Where no
             run is chaotic, torque differs by tenths of a N m and hook load by some N.
+        switch: When the rigs become others, and which.
 
     Returns:
         One response a rig, at the commands' times.
@@ -186,7 +180,10 @@ def simulate_batch(
     )
     measured = None if observer is None else observer.measured_at(grid)
     mesh = assemble.common_mesh(rigs, elements)
-    needed = [substeps or min_substeps([rig], mesh, interval) for rig in rigs]
+    becomes = rigs if switch is None else switch.rigs
+    needed = [substeps or min_substeps(both, mesh, interval) for both in zip(rigs, becomes, strict=True)]
+    # Samples before the switch.
+    first = len(grid) if switch is None else int(np.clip(np.searchsorted(grid, switch.time), 1, len(grid)))
     threads = 1 + idle_threads() if workers is None else max(workers, 1)
     width = min(math.ceil(len(rigs) / threads), _LANES_PER_BLOCK)
 
@@ -196,11 +193,16 @@ def simulate_batch(
             [modifiers[lane] for lane in block.lanes], block.substeps, observer, single_precision,
         )  # fmt: skip
         own_offset = None if offset is None else offset[:, block.lanes]
-        return _interpolate(
-            commands.time,
-            grid,
-            lane_block.advance(sampled, measured, friction_factor, acceleration, bit_torque_factor, own_offset),
-        )
+        series = (measured, friction_factor, acceleration, bit_torque_factor, own_offset)
+        parts = []
+        for part in (slice(0, first), slice(first, len(grid))):
+            if part.start == part.stop:
+                break
+            if part.start:
+                lane_block = lane_block.with_rigs([becomes[lane] for lane in block.lanes])
+            own = (None if values is None else values[part] for values in series)
+            parts.append(lane_block.advance(sampled.samples(part), *own))
+        return _interpolate(commands.time, grid, np.concatenate(parts))
 
     blocks = _blocks(needed, width)
     responses = {
@@ -209,6 +211,19 @@ def simulate_batch(
         for place, lane in enumerate(block.lanes)
     }
     return [responses[lane] for lane in range(len(rigs))]
+
+
+@dataclass(frozen=True)
+class Switch:
+    """When rigs become others of the same well and string while they run.
+
+    Attributes:
+        time: s of the commands.
+        rigs: What each of them becomes.
+    """
+
+    time: float
+    rigs: Sequence[Rig]
 
 
 class _Block(NamedTuple):
@@ -229,126 +244,6 @@ def _blocks(needed: Sequence[int], width: int) -> list[_Block]:
         blocks += [_Block(alike[first : first + width], substeps) for first in range(0, len(alike), width)]
         left = [lane for lane in left if needed[lane] > most]
     return blocks
-
-
-class LaneBlock:
-    """Rigs that are stepped side by side: their constants, state and last command."""
-
-    def __init__(
-        self,
-        rigs: Sequence[Rig],
-        mesh: assemble.Mesh,
-        interval: float,
-        starts: Sequence[InitialState],
-        modifiers: Sequence[Modifiers],
-        substeps: int,
-        observer: Observer | None = None,
-        single: bool = False,
-    ) -> None:
-        self.rigs, self.starts, self.interval = list(rigs), list(starts), interval
-        self.mesh, self.substeps, self.dt = mesh, substeps, interval / substeps
-        self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
-        self._nominal = self.elements.per_sliding_length.copy()
-        self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
-        self.curve = assemble.friction_curve(rigs[0].contact)
-        e = self.elements
-        self.speed_dependent = bool(np.any(e.stribeck_drop) or np.any(e.drift_rate) or np.any(e.turning_difference))
-        self.rest_dependent = bool(np.any(self.elements.aging_growth))
-        self.single = single
-        self.state: KernelState | None = None
-        self.last: Array | None = None
-
-    def advance(
-        self,
-        commands: Commands,
-        measured: Array | None = None,
-        friction_factor: Array | None = None,
-        acceleration: Array | None = None,
-        bit_torque_factor: Array | None = None,
-        block_offset: Array | None = None,
-    ) -> Array:
-        """Channels (n, channels, lanes) at the times of the commands.
-
-        Args:
-            measured: Surface torque for the observer, N m, (n,).
-            friction_factor, bit_torque_factor: (n,).
-            acceleration: Of the top drive, rad/s2, (n,).
-            block_offset: m that the blocks are lower, (n, lanes).
-        """
-        columns = (
-            0.0 if measured is None else measured,
-            1.0 if friction_factor is None else friction_factor,
-            self._slope(commands.top_drive_speed) if acceleration is None else acceleration,
-            1.0 if bit_torque_factor is None else bit_torque_factor,
-        )
-        commanded = commands.rows()
-        rows = np.empty((len(commanded), commanded.shape[1] + len(columns)))
-        rows[:, : commanded.shape[1]] = commanded
-        for place, values in enumerate(columns, commanded.shape[1]):
-            rows[:, place] = values
-        gaps = commands.time[1:] - commands.time[:-1]
-        if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
-            raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
-        width = len(self.rigs)
-        offset = np.zeros((len(rows), 0)) if block_offset is None else np.ascontiguousarray(block_offset)
-        out = np.empty((len(rows), len(CHANNELS), width))
-        if self.state is None:
-            self.state = initial_kernel_state(
-                self.rigs, self.mesh, self.elements, self.lanes, self.curve, self.dt, rows[0], self.starts,
-                0.0 if block_offset is None else offset[0],
-            )  # fmt: skip
-            if self.single:
-                self.elements, self.state = to_single_precision(self.elements, self.state, width)
-        else:
-            rows = np.concatenate([self._started()[1][None], rows])
-            offset = np.concatenate([offset[:1], offset])
-        advance = kernel.advance_single if self.single else kernel.advance
-        what = "the step of the drill string" + (", in single precision," if self.single else "")
-        with announce_compilation(advance, what):
-            advance(
-                width, self.mesh.count, self.substeps, self.dt, self.speed_dependent,
-                self.rest_dependent, rows, offset,
-                self.elements, self.curve, self.lanes, self.state, out,
-            )  # fmt: skip
-        self.last = rows[-1].copy()
-        return out
-
-    def _slope(self, speed: Array) -> Array:
-        """Central differences of the speed (n,), rad/s2; the last one is backward."""
-        before = speed[0] if self.last is None else self.last[1]
-        if speed.size == 1:  # a rig that is stepped: called once a sample, so fast
-            return np.asarray((speed - before) / self.interval)
-        if self.last is None:
-            return np.asarray(np.gradient(speed, self.interval))
-        return np.asarray(np.gradient(np.concatenate([[before], speed]), self.interval)[1:])
-
-    def scale_friction(self, factor: Array) -> None:
-        state, _ = self._started()
-        rows = np.repeat(np.maximum(factor, assemble.MIN_FRICTION_FACTOR), len(self.rigs))
-        self.elements.per_sliding_length[: len(rows)] = self._nominal[: len(rows)] / rows
-        # The kernel reads friction from the state, and resets it from the elements only where it varies in time.
-        state.per_sliding_length[:] = self.elements.per_sliding_length
-
-    def save(self) -> PlantState:
-        state, last = self._started()
-        return PlantState(KernelState(*(array.copy() for array in state)), last.copy())
-
-    def restore(self, saved: PlantState) -> None:
-        self.state = KernelState(*(array.copy() for array in saved.arrays))
-        self.last = saved.last_command.copy()
-
-    def profile(self) -> DepthProfile:
-        return compute_profile(self.mesh, self.elements, self.curve, self._started()[0])
-
-    def _started(self) -> tuple[KernelState, Array]:
-        if self.state is None or self.last is None:
-            raise ValueError("plant: has no state before the first advance")
-        return self.state, self.last
-
-
-def min_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
-    """Fewest steps per interval that are stable for all rigs."""
-    return max(1, math.ceil(interval / min(assemble.longest_step(rig, mesh) for rig in rigs)))
 
 
 def _even_grid(time: Array) -> Array:

@@ -16,9 +16,10 @@ from slider_drilling.drillstring.depth_profile import DepthProfile
 from slider_drilling.drillstring.drives import DriveState, follow_command
 from slider_drilling.drillstring.initial_state import InitialState
 from slider_drilling.drillstring.kernel_arrays import Array
+from slider_drilling.drillstring.lane_block import PlantState
 from slider_drilling.drillstring.recorded_channels import Commands, Response, require_finite
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
-from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
+from slider_drilling.drillstring.simulate import ELEMENTS, Plant
 from slider_drilling.rig import Rig
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from slider_drilling.gap.effect import Array
@@ -60,6 +61,7 @@ class LoggedRun:
         command: What the excitation is, in words.
         command_unit: Its unit.
         cycle: What its cycles are called, in words.
+        counts_from: s, from which on samples count in the errors that are told; the likelihood counts all.
     """
 
     name: str
@@ -70,6 +72,7 @@ class LoggedRun:
     command: str = "the excitation"
     command_unit: str = "-"
     cycle: str = "cycle"
+    counts_from: float = -math.inf
 
     @property
     def duration(self) -> float:

@@ -21,8 +21,8 @@ from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.drillstring import InitialState, Modifiers, assemble
 from slider_drilling.drillstring.initial_state import initial_kernel_state
 from slider_drilling.drillstring.kernel_arrays import Array, Elements, FrictionCurve, KernelState, Lanes
+from slider_drilling.drillstring.lane_block import min_substeps
 from slider_drilling.drillstring.sensors import lag_gain
-from slider_drilling.drillstring.simulate import min_substeps
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.slide_scenarios.scenario import Scenario

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from slider_drilling.diagnosis.onset import Onset
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
@@ -157,7 +158,8 @@ class Diagnoser:
             windows = self.checks.due(now)
             if windows is not None:
                 before = self.checks.baseline or recorded_log(self._buffers, self._rig, *windows.before)
-                self._put(_Open(now, None, regular=True), before, windows.after, None)
+                later = recorded_log(self._buffers, self._rig, windows.after, now)
+                self._put(_Open(now, None, regular=True), before, later, None, None)
 
     def _start(self, detection: Detection | None, now: float) -> None:
         if self._ask is None:
@@ -170,19 +172,23 @@ class Diagnoser:
         self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
         seen_in = None if detection is None or number in self._of_checks else detection.channel
-        self._put(_Open(now, number), before, windows.after, seen_in)
+        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.lead, now)
+        onset = None if detection is None else windows.onset_from(later.start_ns * 1e-9)
+        self._put(_Open(now, number), before, later, seen_in, onset)
 
-    def _put(self, question: _Open, before: RigLog | PickledBaseline, after: float, channel: str | None) -> None:
-        """Ask in the other process about the samples since a time, s."""
+    def _put(
+        self, question: _Open, before: RigLog | PickledBaseline, later: RigLog, channel: str | None, onset: Onset | None
+    ) -> None:
+        """Ask in the other process."""
         assert self._ask is not None
         self._background = self._background or BackgroundDiagnosis()
         self._background.end()
         self._open, self._held = question, None
-        later = recorded_log(self._buffers, self._rig, after, question.asked)
+        asked = Question(self._ask, before, later, self._rig, channel, onset)
         if not self._replayed:
-            self._background.start(Question(self._ask, before, later, self._rig, channel))
+            self._background.start(asked)
             return
-        self._background.start(Question(self._ask, before, later, self._rig, channel, nice=0))
+        self._background.start(replace(asked, nice=0))
         self._held = self._background.wait()
 
     def _windows(self, detection: Detection | None, now: float) -> Windows:

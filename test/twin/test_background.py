@@ -12,15 +12,15 @@ from slider_drilling.twin.background import BackgroundDiagnosis, Question
 _LOG = RigLog("test", 0)
 
 
-def answer_at_once(before, after, rig, channel):
+def answer_at_once(before, after, rig, channel, onset):
     return Answer({"verdict": "effect", "effects": ["heave"], "channel": channel, "process": os.getpid()})
 
 
-def refuse(before, after, rig, channel):
+def refuse(before, after, rig, channel, onset):
     raise InputError("too short:\ngive more")
 
 
-def sleep_long(before, after, rig, channel):
+def sleep_long(before, after, rig, channel, onset):
     time.sleep(600.0)
     return Answer({})
 

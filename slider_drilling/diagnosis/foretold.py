@@ -1,0 +1,64 @@
+"""How well a calibrated rig foretells parts of its own log, each from a state of the string that is not known.
+
+A later log is compared with the baseline just so. What a fit leaves of the log that it was fitted to says too little:
+weight that hangs where a part begins, mud that warms up and a bit that wears in differ from part to part of a rig in
+which nothing has changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.changed_string import ChangedString
+from slider_drilling.diagnosis.start_state import fit_start_state
+from slider_drilling.diagnosis.undisturbed import without_operations
+from slider_drilling.diagnosis.usual_error import usual_gaps
+from slider_drilling.gap.model import Values
+from slider_drilling.gap.problem.noise import NoiseFloor
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.log import RigLog
+from slider_drilling.log.time_window import cut_time_window
+from slider_drilling.rig import Rig
+
+# s, of a part; a log is cut into parts of about this length, two at least, or not at all where they would be shorter.
+_PART_S, _SHORTEST_S = 200.0, 100.0
+
+
+def noise_foretold(
+    logs: Sequence[RigLog], rig: Rig, noise: Mapping[str, NoiseFloor], values: Values
+) -> dict[str, NoiseFloor]:
+    """By channel, the larger of its noise and the usual error of what calibrated numbers foretell of a part.
+
+    Args:
+        logs: Checked logs of the baseline, without the operation that they begin in.
+        rig: The rig file.
+        noise: What the fit to all of them left, by channel.
+        values: Of that fit.
+    """
+    shared = {name: value for name, value in values.items() if "@" not in name}
+    errors: dict[str, list[float]] = {name: [] for name in noise}
+    for part in (part for log in logs for part in _parts(log)):
+        string = without_operations(build_model([part], rig).model.with_channels(tuple(noise)))
+        model = ChangedString(string, shared, string.nuisance, ())
+        sigmas = [{channel.name: noise[channel.name].sigma for channel in run.channels} for run in model.runs]
+        problem = build_problem(model, sigmas)
+        for name, error in usual_gaps(problem, fit_start_state(problem).residual).items():
+            errors[name].append(error)
+    foretold = {}
+    for name, floor in noise.items():
+        usual = float(np.sqrt(np.mean(np.square(errors[name])))) if errors[name] else 1.0
+        foretold[name] = replace(floor, sigma=usual * floor.sigma, method="baseline") if usual > 1.0 else floor
+    return foretold
+
+
+def _parts(log: RigLog) -> list[RigLog]:
+    """A log in parts of equal length."""
+    count = max(round(log.end / _PART_S), 2)
+    length = log.end / count
+    if length < _SHORTEST_S:
+        return []
+    return [cut_time_window(log, index * length, (index + 1) * length) for index in range(count)]
