@@ -171,6 +171,9 @@ def test_a_unit_of_error_is_what_a_rig_foretells_of_itself(log, monkeypatch):
     monkeypatch.setattr(foretold, "usual_gaps", lambda problem, residual: {"surface_torque": next(sizes)})
     found = foretold.noise_foretold([cut_time_window(log, 0.0, 210.0)], short_rig(), noise, {})["surface_torque"]
     assert found.sigma == pytest.approx(50.0 * np.sqrt(5.0)) and found.method == "baseline"
+    monkeypatch.setattr(foretold, "calm_share", lambda part, rig: 0.6)  # an operation takes much of each
+    assert foretold.noise_foretold([cut_time_window(log, 0.0, 210.0)], short_rig(), noise, {}) == noise
+    monkeypatch.undo()
     # Too short to be cut.
     assert foretold.noise_foretold([cut_time_window(log, 0.0, 190.0)], short_rig(), noise, {}) == noise
 

@@ -15,7 +15,7 @@ import numpy as np
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.start_state import fit_start_state
-from slider_drilling.diagnosis.undisturbed import without_operations
+from slider_drilling.diagnosis.undisturbed import calm_share, from_calm_start, without_operations
 from slider_drilling.diagnosis.usual_error import usual_gaps
 from slider_drilling.gap.model import Values
 from slider_drilling.gap.problem.noise import NoiseFloor
@@ -26,6 +26,7 @@ from slider_drilling.rig import Rig
 
 # s, of a part; a log is cut into parts of about this length, two at least, or not at all where they would be shorter.
 _PART_S, _SHORTEST_S = 200.0, 100.0
+_MIN_CALM = 0.7  # of a part that is compared
 
 
 def noise_foretold(
@@ -41,7 +42,7 @@ def noise_foretold(
     """
     shared = {name: value for name, value in values.items() if "@" not in name}
     errors: dict[str, list[float]] = {name: [] for name in noise}
-    for part in (part for log in logs for part in _parts(log)):
+    for part in (part for log in logs for part in _parts(log, rig)):
         string = without_operations(build_model([part], rig).model.with_channels(tuple(noise)))
         model = ChangedString(string, shared, string.nuisance, ())
         sigmas = [{channel.name: noise[channel.name].sigma for channel in run.channels} for run in model.runs]
@@ -55,10 +56,11 @@ def noise_foretold(
     return foretold
 
 
-def _parts(log: RigLog) -> list[RigLog]:
-    """A log in parts of equal length."""
+def _parts(log: RigLog, rig: Rig) -> list[RigLog]:
+    """Parts of equal length of a log, but for those that an operation takes a good part of."""
     count = max(round(log.end / _PART_S), 2)
     length = log.end / count
     if length < _SHORTEST_S:
         return []
-    return [cut_time_window(log, index * length, (index + 1) * length) for index in range(count)]
+    parts = [cut_time_window(log, index * length, (index + 1) * length) for index in range(count)]
+    return [from_calm_start(part, rig) for part in parts if calm_share(part, rig) >= _MIN_CALM]

@@ -76,6 +76,11 @@ def is_calm(log: RigLog, rig: Rig, until: float) -> bool:
     return bool(np.all(calm_times(commands)[commands.time <= until]))
 
 
+def calm_share(log: RigLog, rig: Rig) -> float:
+    """Share of a checked log in which no operation is."""
+    return float(np.mean(calm_times(commands_from_log(log, rig).commands)))
+
+
 def calm_times(commands: Commands) -> NDArray[np.bool_]:
     """(n,) whether no operation moves the block fast or stops the pumps, by the samples of the commands."""
     usual = float(np.median(np.abs(commands.pump_speed)))
