@@ -125,7 +125,16 @@ def test_suspected_effect_says_so_in_the_ranking(parameters, monkeypatch):
 
 
 def test_rms_of_a_channel_is_that_of_all_runs():
-    pieces = (SimpleNamespace(name="hook_load", rows=slice(0, 3), noise=2.0),
-              SimpleNamespace(name="hook_load", rows=slice(3, 4), noise=1.0))  # fmt: skip
-    rms = rms_by_channel(SimpleNamespace(pieces=pieces), np.array([1.0, 1.0, 1.0, 6.0]))
-    assert rms == {"hook_load": pytest.approx(np.sqrt((3 * 4.0 + 36.0) / 4))}
+    pieces = tuple(
+        SimpleNamespace(run=run, name="hook_load", rows=rows, noise=noise, channel=SimpleNamespace(time=time))
+        for run, rows, noise, time in ((0, slice(0, 3), 2.0, np.arange(1.0, 4.0)), (1, slice(3, 4), 1.0, np.ones(1)))
+    )
+
+    def rms(*counts_from):
+        model = SimpleNamespace(runs=[SimpleNamespace(counts_from=since) for since in counts_from])
+        return rms_by_channel(SimpleNamespace(pieces=pieces, model=model), np.array([9.0, 1.0, 1.0, 6.0]))
+
+    assert rms(-np.inf, -np.inf) == {"hook_load": pytest.approx(np.sqrt((4.0 * 83.0 + 36.0) / 4))}
+    # Of the first run only what was measured from 2 s on, of the second nothing.
+    assert rms(2.0, 5.0) == {"hook_load": pytest.approx(2.0)}
+    assert rms(5.0, 5.0) == {}
