@@ -7,12 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from short_well import short_rig
+from short_well import coarse_meshes, routine_slide, short_rig
 
 from slider_drilling.api.what_changed import windows_at
-from slider_drilling.blind.manoeuvres import steady
-from slider_drilling.blind.recorder import write_sealed_log
-from slider_drilling.diagnosis import build_model, foretold
+from slider_drilling.diagnosis import prediction_noise
 from slider_drilling.diagnosis.baseline import candidates_for_change, fit_baseline
 from slider_drilling.diagnosis.build_model import build_model as model_of
 from slider_drilling.diagnosis.change_search import TriedChange, under_their_names
@@ -21,13 +19,11 @@ from slider_drilling.diagnosis.diagnose_change import diagnose_change
 from slider_drilling.diagnosis.onset import Onset
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.usual_error import usual_gaps
-from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Parameter, SimulationOptions
 from slider_drilling.gap.problem.noise import NoiseFloor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import Fit
-from slider_drilling.log import read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.twin.ask import Windows
 
@@ -36,20 +32,14 @@ BIAS = 800.0
 
 @pytest.fixture(scope="module", autouse=True)
 def coarse():
-    """Meshes as fine as these short wells need."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build_model, "MESHES", (16, 24, 30))
+    with coarse_meshes():
         yield
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A routine slide of 220 s, in which the torque reading is off from 150 s on."""
-    rig, generator = short_rig(), np.random.default_rng(3)
-    commands = steady(np.random.default_rng(5), rig, 220.0)
-    path = tmp_path_factory.mktemp("onset") / "slide.mcap"
-    write_sealed_log(path, rig, commands, simulate(rig, commands, 50), generator)
-    whole = read_log(path)
+    whole = routine_slide(tmp_path_factory.mktemp("onset") / "slide.mcap", short_rig(), 3, 220.0)
     drive = whole.top_drive
     return replace(whole, top_drive=replace(drive, effort=drive.effort + BIAS * (drive.time > 150.0)))
 
@@ -163,19 +153,20 @@ def test_sign_of_a_pressure_change_is_its_name(fitted, name, gain):
     np.testing.assert_array_equal(best.fit.jacobian[1], [-2.0, 4.0] if name == "washout" else [2.0, -4.0])
 
 
-def test_a_unit_of_error_is_what_a_rig_foretells_of_itself(log, monkeypatch):
-    """Parts of its own log that calibrated numbers foretell within twice the noise make the unit so large."""
+def test_a_unit_of_error_is_that_of_predicting_the_rig_itself(log, monkeypatch):
+    """Parts of its own log that calibrated numbers predict within twice the noise make the unit so large."""
     sizes = iter([3.0, 1.0])
     noise = {"surface_torque": NoiseFloor(50.0, "declared", 50.0, None)}
-    monkeypatch.setattr(foretold, "fit_start_state", lambda problem: SimpleNamespace(residual=None))
-    monkeypatch.setattr(foretold, "usual_gaps", lambda problem, residual: {"surface_torque": next(sizes)})
-    found = foretold.noise_foretold([cut_time_window(log, 0.0, 210.0)], short_rig(), noise, {})["surface_torque"]
+    monkeypatch.setattr(prediction_noise, "fit_start_state", lambda problem: SimpleNamespace(residual=None))
+    monkeypatch.setattr(prediction_noise, "usual_gaps", lambda problem, residual: {"surface_torque": next(sizes)})
+    long_enough = [cut_time_window(log, 0.0, 210.0)]
+    found = prediction_noise.prediction_noise(long_enough, short_rig(), noise, {})["surface_torque"]
     assert found.sigma == pytest.approx(50.0 * np.sqrt(5.0)) and found.method == "baseline"
-    monkeypatch.setattr(foretold, "calm_share", lambda part, rig: 0.6)  # an operation takes much of each
-    assert foretold.noise_foretold([cut_time_window(log, 0.0, 210.0)], short_rig(), noise, {}) == noise
+    monkeypatch.setattr(prediction_noise, "calm_share", lambda part, rig: 0.6)  # an operation takes much of each
+    assert prediction_noise.prediction_noise(long_enough, short_rig(), noise, {}) == noise
     monkeypatch.undo()
     # Too short to be cut.
-    assert foretold.noise_foretold([cut_time_window(log, 0.0, 190.0)], short_rig(), noise, {}) == noise
+    assert prediction_noise.prediction_noise([cut_time_window(log, 0.0, 190.0)], short_rig(), noise, {}) == noise
 
 
 def test_string_is_not_simulated_through_a_long_time_in_which_it_may_have_changed():

@@ -8,14 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from short_well import short_rig
+from short_well import coarse_meshes, routine_slide, short_rig
 
 from slider_drilling.api.diagnose import diagnose
 from slider_drilling.api.what_changed import parse_since, windows_at
-from slider_drilling.blind.manoeuvres import steady
-from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.diagnosis import baseline as baseline_module
-from slider_drilling.diagnosis import build_model, change_answer, change_search
+from slider_drilling.diagnosis import change_answer, change_search
 from slider_drilling.diagnosis.baseline import fit_baseline
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.change_answer import ChangedParameter
@@ -27,11 +25,10 @@ from slider_drilling.diagnosis.rig_changes import RIG_CHANGES, with_rig_changes
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.diagnosis.undisturbed import calm_times
-from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.drillstring import Commands
 from slider_drilling.effects import EFFECTS, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Parameter
-from slider_drilling.log import read_log
 
 BACKLASH = {"top_drive_backlash": {"angle": 0.4}}
 
@@ -41,18 +38,12 @@ def _log(folder, name, seed, share_of_pressure=1.0, **effects):
     rig = short_rig()
     hydraulics = replace(rig.hydraulics, reference_pressure=share_of_pressure * rig.hydraulics.reference_pressure)
     true = replace(rig, hydraulics=hydraulics, effects=effects_with(**effects))
-    generator = np.random.default_rng(seed)
-    commands = steady(np.random.default_rng(5), rig, 100.0)
-    path = folder / f"{name}.mcap"
-    write_sealed_log(path, rig, commands, simulate(true, commands, 50), generator)
-    return read_log(path)
+    return routine_slide(folder / f"{name}.mcap", true, seed, 100.0)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def coarse():
-    """Meshes as fine as these short wells need."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build_model, "MESHES", (16, 24, 30))
+    with coarse_meshes():
         yield
 
 

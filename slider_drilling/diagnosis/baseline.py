@@ -12,11 +12,11 @@ import numpy as np
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.changed_string import ChangedString
-from slider_drilling.diagnosis.foretold import noise_foretold
 from slider_drilling.diagnosis.nuisance import START_TWISTS
+from slider_drilling.diagnosis.prediction_noise import prediction_noise
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.diagnosis.undisturbed import from_calm_start, without_operations
-from slider_drilling.diagnosis.usual_error import usual_gap, usual_square
+from slider_drilling.diagnosis.usual_error import problem_in_units, usual_gap, usual_square
 from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Effect, Parameter
@@ -114,9 +114,8 @@ def fit_baseline(logs: Sequence[RigLog], rig: Rig, whole: bool = True) -> Baseli
             f"{logs[0].source}: no baseline: the calibrated simulation leaves {usual_gap(problem, found.residual):.0f} "
             "times the noise; give a stretch of undisturbed work"
         )
-    noise = _noise_left(problem, found, floors)
-    noise = noise_foretold(calm, rig, noise, found.values)
-    in_these_units = build_problem(model, [{name: noise[name].sigma for name in own} for own in floors])
+    noise = prediction_noise(calm, rig, _noise_left(problem, found, floors), found.values)
+    in_these_units = problem_in_units(model, noise)
     again = linearised_at_its_end(
         in_these_units, fit(in_these_units, found.parameters, found.values, iterations=1)
     )

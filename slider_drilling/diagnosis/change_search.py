@@ -12,9 +12,9 @@ from slider_drilling.diagnosis.baseline import Baseline
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.rig_changes import changes_of_number, opposite_of
 from slider_drilling.diagnosis.start_state import fit_start_state
-from slider_drilling.diagnosis.usual_error import usual_gap
+from slider_drilling.diagnosis.usual_error import problem_in_units, usual_gap
 from slider_drilling.gap.model import Effect, Parameter
-from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, KnownStart, fit, linearised_at_its_end
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import ScreenedEffect, rank_starts, scan_effects, screen
@@ -83,8 +83,7 @@ def search_change(model: ChangedString, baseline: Baseline) -> ChangeSearch:
         model: Of the later logs.
         baseline: What they share with the earlier ones.
     """
-    noise = [{channel.name: baseline.noise[channel.name].sigma for channel in run.channels} for run in model.runs]
-    problem = build_problem(model, noise)
+    problem = problem_in_units(model, baseline.noise)
     unchanged = fit_start_state(problem)
     calibrated = linearised_at_its_end(problem, fit(problem, parameters_of(problem, ()), unchanged.values))
     entries, scanned = _scan(problem, calibrated, model, baseline.chance_gains)

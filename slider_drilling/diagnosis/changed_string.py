@@ -133,7 +133,7 @@ class ChangedString:
 def compared_around(string: DrillString, onset: Onset | None) -> DrillString:
     """The same model, without the samples of which nobody knows whether they are from before a change or after it.
 
-    Errors that are told count those after it alone.
+    Reported errors count those after it alone.
     """
     if onset is None:
         return string

@@ -200,23 +200,14 @@ class DrillString:
         pairs = [(of_run(old, run), of_run(new, run)) for old, new in zip(before, after, strict=True)]
         keys = [(_simulated_key(old), _simulated_key(new)) for old, new in pairs]
         distinct = dict(zip(keys, pairs, strict=True))
-        switched = self._switched(run, list(distinct.values()), time, self.meshes[options.fidelity])
-        simulated = dict(zip(distinct, switched, strict=True))
+        first, then = zip(*distinct.values(), strict=True)
+        switch = Switch(time, [rig_with(self.rig, values) for values in then])
+        batch = self._batch(run, first, self.meshes[options.fidelity], switch=switch)
+        simulated = dict(zip(distinct, batch, strict=True))
         responses = [simulated[key] for key in keys]
         old, new = (self._read(run, list(sets), responses) for sets in zip(*pairs, strict=True))
         times = {channel.name: channel.time for channel in self.runs[run].channels}
         return {name: np.where(times[name] > time, new[name], old[name]) for name in new}
-
-    def _switched(
-        self, run: int, pairs: Sequence[tuple[Values, Values]], time: float, elements: int
-    ) -> list[Response]:
-        inputs = self.inputs[run]
-        return simulate_batch(
-            [rig_with(self.rig, old) for old, _ in pairs], inputs.commands, elements,
-            [initial_state_with(old, inputs.initial_state) for old, _ in pairs], workers=None,
-            acceleration=inputs.acceleration, block_offset=self._block_offset(run, [old for old, _ in pairs]),
-            single_precision=True, switch=Switch(time, [rig_with(self.rig, new) for _, new in pairs]),
-        )  # fmt: skip
 
     def _read(self, run: int, sets: Sequence[Values], responses: Sequence[Response]) -> dict[str, Array]:
         """What the run's channels read of these responses (K, n)."""
@@ -299,7 +290,10 @@ class DrillString:
             responses.update(zip(batch, self._batch(run, list(batch.values()), elements, observer), strict=True))
         return [responses[key] for key in keys]
 
-    def _batch(self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None) -> Sequence[Response]:
+    def _batch(
+        self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None,
+        switch: Switch | None = None,
+    ) -> Sequence[Response]:  # fmt: skip
         """Simulate sets with the same disturbance."""
         inputs, disturbance = self.inputs[run], sets[0]
         commands = disturbed_commands(inputs.commands, disturbance)
@@ -309,7 +303,7 @@ class DrillString:
             [Modifiers(turning_difference=turning_difference(disturbance))] * len(sets), workers=None,
             observer=observer, friction_factor=friction_factor(commands, disturbance),
             acceleration=inputs.acceleration, bit_torque_factor=bit_torque_factor(commands, disturbance),
-            block_offset=self._block_offset(run, sets), single_precision=True,
+            block_offset=self._block_offset(run, sets), single_precision=True, switch=switch,
         )  # fmt: skip
 
     def _with_users(self, run: int, values: Values, elements: int, observer: Observer | None) -> Response:

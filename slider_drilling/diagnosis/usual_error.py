@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.gap.model import Array
-from slider_drilling.gap.problem.problem import Piece, Problem
+from slider_drilling.gap.model import Array, Model
+from slider_drilling.gap.problem.noise import NoiseFloor
+from slider_drilling.gap.problem.problem import Piece, Problem, build_problem
 
 _BLOCK_S = 20.0
 _KEPT = 0.8  # of the blocks, those with the smallest errors
 _MIN_BLOCKS = 5  # below which all count
+
+
+def problem_in_units(model: Model, noise: Mapping[str, NoiseFloor]) -> Problem:
+    """The problem of a model whose channels count in these units, by channel."""
+    return build_problem(model, [{each.name: noise[each.name].sigma for each in run.channels} for run in model.runs])
 
 
 def usual_square(problem: Problem, piece: Piece, residual: Array) -> float:
@@ -47,7 +55,7 @@ def usual_gap(problem: Problem, residual: Array) -> float:
 
 
 def counts_of(problem: Problem, piece: Piece) -> NDArray[np.bool_]:
-    """(n,) whether each sample of a channel counts in the errors that are told."""
+    """(n,) whether each sample of a channel counts in the reported errors."""
     return np.asarray(piece.channel.time >= problem.model.runs[piece.run].counts_from)
 
 

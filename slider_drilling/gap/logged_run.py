@@ -61,7 +61,7 @@ class LoggedRun:
         command: What the excitation is, in words.
         command_unit: Its unit.
         cycle: What its cycles are called, in words.
-        counts_from: s, from which on samples count in the errors that are told; the likelihood counts all.
+        counts_from: s, from which on samples count in the reported errors; the likelihood counts all.
     """
 
     name: str

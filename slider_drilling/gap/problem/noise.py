@@ -107,9 +107,9 @@ def lower_floor(floor: NoiseFloor, residual: Array) -> NoiseFloor:
     return _floor_of_differences(replace(floor, observed=observed)) if observed < floor.observed else floor
 
 
-def raise_floor(floor: NoiseFloor, factor: float) -> NoiseFloor:
+def raise_floor(floor: NoiseFloor, factor: float, method: str = "replicates") -> NoiseFloor:
     """The floor times a factor (1 or more): the model cannot predict the channel as well as its sensor measures it."""
-    return replace(floor, sigma=factor * floor.sigma, method="replicates") if factor > 1.0 else floor
+    return replace(floor, sigma=factor * floor.sigma, method=method) if factor > 1.0 else floor
 
 
 def is_white(residual: Array) -> bool | None:

@@ -1,4 +1,4 @@
-"""How well a calibrated rig foretells parts of its own log, each from a state of the string that is not known.
+"""How well a calibrated rig predicts parts of its own log, each from a state of the string that is not known.
 
 A later log is compared with the baseline just so. What a fit leaves of the log that it was fitted to says too little:
 weight that hangs where a part begins, mud that warms up and a bit that wears in differ from part to part of a rig in
@@ -8,7 +8,6 @@ which nothing has changed.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,10 +15,9 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.changed_string import ChangedString
 from slider_drilling.diagnosis.start_state import fit_start_state
 from slider_drilling.diagnosis.undisturbed import calm_share, from_calm_start, without_operations
-from slider_drilling.diagnosis.usual_error import usual_gaps
+from slider_drilling.diagnosis.usual_error import problem_in_units, usual_gaps
 from slider_drilling.gap.model import Values
-from slider_drilling.gap.problem.noise import NoiseFloor
-from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.problem.noise import NoiseFloor, raise_floor
 from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.rig import Rig
@@ -29,10 +27,10 @@ _PART_S, _SHORTEST_S = 200.0, 100.0
 _MIN_CALM = 0.7  # of a part that is compared
 
 
-def noise_foretold(
+def prediction_noise(
     logs: Sequence[RigLog], rig: Rig, noise: Mapping[str, NoiseFloor], values: Values
 ) -> dict[str, NoiseFloor]:
-    """By channel, the larger of its noise and the usual error of what calibrated numbers foretell of a part.
+    """By channel, the larger of its noise and the usual error with which calibrated numbers predict its parts.
 
     Args:
         logs: Checked logs of the baseline, without the operation that they begin in.
@@ -45,15 +43,11 @@ def noise_foretold(
     for part in (part for log in logs for part in _parts(log, rig)):
         string = without_operations(build_model([part], rig).model.with_channels(tuple(noise)))
         model = ChangedString(string, shared, string.nuisance, ())
-        sigmas = [{channel.name: noise[channel.name].sigma for channel in run.channels} for run in model.runs]
-        problem = build_problem(model, sigmas)
+        problem = problem_in_units(model, noise)
         for name, error in usual_gaps(problem, fit_start_state(problem).residual).items():
             errors[name].append(error)
-    foretold = {}
-    for name, floor in noise.items():
-        usual = float(np.sqrt(np.mean(np.square(errors[name])))) if errors[name] else 1.0
-        foretold[name] = replace(floor, sigma=usual * floor.sigma, method="baseline") if usual > 1.0 else floor
-    return foretold
+    usual = {name: float(np.sqrt(np.mean(np.square(own)))) for name, own in errors.items() if own}
+    return {name: raise_floor(floor, usual.get(name, 1.0), "baseline") for name, floor in noise.items()}
 
 
 def _parts(log: RigLog, rig: Rig) -> list[RigLog]:
