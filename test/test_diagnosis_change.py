@@ -20,7 +20,8 @@ from slider_drilling.diagnosis.change_answer import ChangedParameter
 from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, found_by_calibration, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
-from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change
+from slider_drilling.diagnosis.diagnose_change import diagnose_change
+from slider_drilling.diagnosis.onset import Since
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES, with_rig_changes
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json

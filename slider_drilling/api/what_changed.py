@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from slider_drilling.diagnosis.catalogue import check_names
-from slider_drilling.diagnosis.diagnose_change import MIN_AFTER_S, MIN_BEFORE_S, Since, diagnose_change
+from slider_drilling.diagnosis.diagnose_change import MIN_AFTER_S, MIN_BEFORE_S, diagnose_change
+from slider_drilling.diagnosis.onset import Since
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES
 from slider_drilling.effects import EFFECTS
@@ -92,7 +93,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
         )
     if first is not None:
         windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
-        return Since(first.since, first.interval, True, windows.lead, first.channel), windows
+        return Since(first.since, first.interval, True, windows.begins, first.channel), windows
     advice = f"{not_compared}, or" if not_compared else "no change detected; give"
     raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
 
@@ -133,11 +134,11 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
         since, windows = find_since(log, rig, progress)
     else:
         windows = windows_at(log, request.since)
-        since = Since(request.since, log_start=windows.lead)
-    before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.lead, log.end)
+        since = Since(request.since, log_start=windows.begins)
+    before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.begins, log.end)
     return diagnose_change(
         [before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress,
-        whole=(windows.before[0] == 0.0, windows.lead == 0.0), onset=windows.onset_from(windows.lead),
+        whole=(windows.before[0] == 0.0, windows.begins == 0.0), onset=windows.onset_from(windows.begins),
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ class Change:
         since: s of that log, from when on it is different; None where only two whole logs were compared.
         since_interval: 95 % interval of ``since``, None if unknown.
         found: Whether ``since`` was found by change detection.
+        dated: Whether ``since`` and its interval are what the size of the named change over time shows.
         growing: Whether the named change grows from then on until the end of the log; None without a name.
         moved: Calibrated numbers of the rig that changed, by name.
         explained: Share of the difference that the answer explains.
@@ -35,6 +36,7 @@ class Change:
     since: float | None = None
     since_interval: Span | None = None
     found: bool = False
+    dated: bool = False
     growing: bool | None = None
     moved: Mapping[str, ChangedParameter] = field(default_factory=dict)
     explained: float | None = None

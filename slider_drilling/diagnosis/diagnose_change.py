@@ -11,11 +11,12 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import check_names
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
+from slider_drilling.diagnosis.change_date import ChangeDate, date_change
 from slider_drilling.diagnosis.change_result import change_diagnosis
-from slider_drilling.diagnosis.change_search import search_change
+from slider_drilling.diagnosis.change_search import TriedChange, search_change
 from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
 from slider_drilling.diagnosis.drill_string import DrillString
-from slider_drilling.diagnosis.onset import Onset
+from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
 from slider_drilling.diagnosis.undisturbed import from_calm_start, is_calm, without_operations
@@ -23,30 +24,12 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import cut_time_window
-from slider_drilling.log_checks import check_log
+from slider_drilling.log_checks import LogChecks, check_log
 from slider_drilling.rig import Rig
+from slider_drilling.units import Text
 
 MIN_BEFORE_S, MIN_AFTER_S = 60.0, 30.0
 """Shortest log before and after a change that can be compared."""
-
-
-@dataclass(frozen=True)
-class Since:
-    """When a change began.
-
-    Attributes:
-        time: s of the log that the user gave.
-        interval: 95 % interval, None if unknown.
-        found: Whether change detection found it.
-        log_start: s of that log, at which the later log begins.
-        channel: In which it was seen, None if unknown.
-    """
-
-    time: float
-    interval: tuple[float, float] | None = None
-    found: bool = False
-    log_start: float = 0.0
-    channel: str | None = None
 
 
 def diagnose_change(
@@ -67,7 +50,7 @@ def diagnose_change(
 
     Args:
         before: Earlier logs, or what `fit_baseline` made of them.
-        after: Later logs. Each begins where the change does, or later, but for an onset.
+        after: Later logs. Each begins where the change does, or later, but for an onset; then it is one.
         rig: The rig file.
         since: When the change began, for the answer.
         only: Names of the changes to consider; all if empty.
@@ -75,7 +58,8 @@ def diagnose_change(
         progress: Called with the stage and the share done.
         whole: Whether the earlier and the later logs begin as runs do, see `check_log`.
         onset: When the change begins in the later log: what is before it shows the state in which the change finds the
-            string. An operation between the two hides that; the log from the change on is then taken alone.
+            string. An operation between the two hides that; the log from the change on is then taken alone. Where
+            change detection found it, a change that is named is dated by its size over the whole log.
 
     Raises:
         InputError: A log is unusable, or too short.
@@ -85,29 +69,86 @@ def diagnose_change(
     baseline = before
     if not isinstance(baseline, Baseline):
         baseline = fit_baseline(long_enough(baseline, MIN_BEFORE_S), rig, whole[0])
-    given = Since(0.0) if since is None else since
-    if onset is not None and not is_calm(after[0], rig, onset.changed_from):
-        given = replace(given, log_start=given.log_start + onset.changed_from)
-        after, onset = [cut_time_window(log, onset.changed_from, log.end) for log in after], None
-    calm = [from_calm_start(log, rig) for log in long_enough(after, MIN_AFTER_S)]
-    checks = tuple(check_log(log, rig, whole[1]) for log in calm)
-    for checked in checks:
-        checked.raise_if_unusable()
+    given = since or Since(None)
+    part = _compared_part(after, rig, onset)
+    calm = [from_calm_start(log, rig) for log in long_enough(part.logs, MIN_AFTER_S)]
     progress("searching what has changed", 0.5)
-    prepared = build_model([checked.log for checked in checks], rig)
-    string = without_operations(prepared.model.with_channels(tuple(baseline.noise)))
-    model = _changed_string(compared_around(string, onset), baseline, only, onset)
+    later = _later_string(calm, rig, baseline, whole[1] and part.begin == 0.0)
+    model = _changed_string(compared_around(later.string, part.onset), baseline, only, part.onset)
     if not any(run.channels for run in model.runs):
         raise InputError(
             f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
         )
     search = replace(search_change(model, baseline), seen_in=given.channel)
     answer = answer_from(search, baseline, seed)
-    remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in checks], rig), *prepared.remarks)
-    diagnosis = change_diagnosis(after, rig, checks, search, answer, baseline, remarks)
-    return replace(
-        diagnosis, change=_change(answer, baseline, given, since is not None), runtime=clock.perf_counter() - started
-    )
+    remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in later.checks], rig), *later.remarks)
+    diagnosis = change_diagnosis(after, rig, later.checks, search, answer, baseline, remarks)
+    dated = None
+    if given.found and onset is not None and answer.named is not None:
+        progress("dating the change", 0.95)
+        dated = _dated(after[0], rig, baseline, answer.named, onset, given)
+    change = _change(answer, baseline, given, dated, part.begin)
+    return replace(diagnosis, change=change, runtime=clock.perf_counter() - started)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """What is compared of later logs.
+
+    Attributes:
+        logs: The logs, or the part of one.
+        begin: s of the log, where that part begins.
+        onset: When the change begins in it; None at its start.
+    """
+
+    logs: Sequence[RigLog]
+    begin: float = 0.0
+    onset: Onset | None = None
+
+
+@dataclass(frozen=True)
+class _LaterString:
+    """The model of later logs alone, with the checks and remarks that it came with."""
+
+    string: DrillString
+    checks: tuple[LogChecks, ...]
+    remarks: tuple[Text, ...]
+
+
+def _compared_part(after: Sequence[RigLog], rig: Rig, onset: Onset | None) -> _Part:
+    """The part of a later log in which the string is simulated up to the change, or from it on."""
+    if onset is None:
+        return _Part(after)
+    (log,) = after
+    begin = onset.simulated_from
+    if begin < onset.changed_from and not is_calm(log, rig, begin, onset.changed_from):
+        begin = onset.changed_from
+    part = [cut_time_window(log, begin, log.end)]
+    return _Part(part, begin, onset.after(begin) if begin < onset.changed_from else None)
+
+
+def _later_string(logs: Sequence[RigLog], rig: Rig, baseline: Baseline, whole: bool) -> _LaterString:
+    """The model of later logs, with the baseline's channels. Raises InputError where a log is unusable."""
+    checks = tuple(check_log(log, rig, whole) for log in logs)
+    for checked in checks:
+        checked.raise_if_unusable()
+    prepared = build_model([checked.log for checked in checks], rig)
+    string = without_operations(prepared.model.with_channels(tuple(baseline.noise)))
+    return _LaterString(string, checks, tuple(prepared.remarks))
+
+
+def _dated(
+    log: RigLog, rig: Rig, baseline: Baseline, named: TriedChange, onset: Onset, given: Since
+) -> ChangeDate | None:
+    """When a named change began, where its size over time says more of that than detection; s of the user's log."""
+    calm = from_calm_start(log, rig)
+    begin = 1e-9 * (calm.start_ns - log.start_ns)
+    string = _later_string([calm], rig, baseline, whole=False).string
+    found = date_change(string, baseline, named, onset.after(begin))
+    if found is None:
+        return None
+    dated = found.in_log_from(given.log_start + begin)
+    return dated if dated.says_more_than(given.interval) else None
 
 
 def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
@@ -132,9 +173,15 @@ def _changed_string(
     return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates, onset=onset)
 
 
-def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, known: bool) -> Change:
+def _change(
+    answer: ChangeAnswer, baseline: Baseline, since: Since, dated: ChangeDate | None, begin: float
+) -> Change:
+    """What the answer says of the change; the compared part begins so many s into the later log."""
+    if dated is not None:
+        since = replace(since, time=dated.since, interval=dated.interval)
     return Change(
-        baseline.sources, since.log_start, since.time if known else None, since.interval, since.found,
-        None if answer.named is None else answer.named.growing, answer.moved, answer.explained, answer.interval,
-        baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing), baseline.values,
+        baseline.sources, since.log_start + begin, since.time, since.interval, since.found,
+        dated is not None, None if answer.named is None else answer.named.growing, answer.moved, answer.explained,
+        answer.interval, baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing),
+        baseline.values,
     )  # fmt: skip

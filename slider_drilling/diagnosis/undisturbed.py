@@ -70,10 +70,10 @@ def from_calm_start(log: RigLog, rig: Rig, longest: bool = False) -> RigLog:
     return log if begin <= 0.0 else cut_time_window(log, begin, float(time[-1]))
 
 
-def is_calm(log: RigLog, rig: Rig, until: float) -> bool:
-    """Whether no operation is in a checked log before a time, s."""
+def is_calm(log: RigLog, rig: Rig, begin: float, end: float) -> bool:
+    """Whether no operation is in a checked log between two times, s."""
     commands = commands_from_log(log, rig).commands
-    return bool(np.all(calm_times(commands)[commands.time <= until]))
+    return bool(np.all(calm_times(commands)[(commands.time >= begin) & (commands.time <= end)]))
 
 
 def calm_share(log: RigLog, rig: Rig) -> float:

@@ -8,6 +8,21 @@ from typing import Any
 
 
 @dataclass(frozen=True)
+class Began:
+    """When a named change began.
+
+    Attributes:
+        since: s.
+        interval: s, 95 % interval of that.
+        kind: ``step`` or ``ramp``.
+    """
+
+    since: float
+    interval: tuple[float, float]
+    kind: str
+
+
+@dataclass(frozen=True)
 class DiagnosedChange:
     """What a diagnosis says of a change.
 
@@ -17,6 +32,7 @@ class DiagnosedChange:
         group: What it cannot distinguish from the first of them.
         suspected: Without a name.
         site: Where it acts, None if unknown.
+        began: When it began, as its size over time shows; None where that shows nothing.
     """
 
     verdict: str
@@ -24,6 +40,7 @@ class DiagnosedChange:
     group: tuple[str, ...] = ()
     suspected: tuple[str, ...] = ()
     site: str | None = None
+    began: Began | None = None
 
 
 def diagnosed_change(answer: Mapping[str, Any]) -> DiagnosedChange:
@@ -33,8 +50,16 @@ def diagnosed_change(answer: Mapping[str, Any]) -> DiagnosedChange:
     suspected = tuple(str(each.get("effect", each)) if isinstance(each, Mapping) else str(each)
                       for each in answer.get("suspected", ()))  # fmt: skip
     return DiagnosedChange(
-        answer.get("verdict", ""), tuple(answer.get("effects", ())), tuple(group), suspected, answer.get("site")
-    )
+        answer.get("verdict", ""), tuple(answer.get("effects", ())), tuple(group), suspected, answer.get("site"),
+        _began(answer.get("change") or {}),
+    )  # fmt: skip
+
+
+def _began(change: Mapping[str, Any]) -> Began | None:
+    if not change.get("dated"):
+        return None
+    low, high = change["since_interval"]
+    return Began(change["since"], (low, high), "ramp" if change["growing"] else "step")
 
 
 class DiagnosesOfChange:

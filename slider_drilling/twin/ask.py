@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from slider_drilling.diagnosis.onset import Onset
+from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 
@@ -22,9 +22,7 @@ _MARGIN_S, _MARGIN_SHARE = 10.0, 0.4
 _LEAST_BEFORE_S = 300.0  # of samples, that the share leaves where the change began later
 _MIN_AFTER_S = 40.0
 _LONGEST_AFTER_S = 600.0  # of samples since a change whose time is not well known
-LEAD_S = 120.0
-"""Time before a change from which on later samples are simulated, s."""
-_LONGEST_UNKNOWN_S = 240.0  # between samples from before a change and from after it, which are simulated together
+_DATED_BEFORE_S = 300.0  # of samples from before a change, that date it
 
 
 @dataclass(frozen=True)
@@ -44,16 +42,16 @@ class Ask(Protocol):
     """A question that is asked in another process; it must be picklable, as a function of a module is."""
 
     def __call__(
-        self, before: RigLog | Baseline, after: RigLog, rig: Rig, channel: str | None, onset: Onset | None
+        self, before: RigLog | Baseline, after: RigLog, rig: Rig, since: Since | None, onset: Onset | None
     ) -> Answer:
         """Diagnose a change.
 
         Args:
             before: Samples from before the change, or the baseline of an earlier answer.
-            after: Samples since, and some from before it where its time is known.
+            after: Samples since, and some from before it where it was detected.
             rig: The rig file as given.
-            channel: In which the change was seen, None if it was not seen.
-            onset: When it began in ``after``; None where that begins later.
+            since: What was detected; None if nothing was.
+            onset: When that began in ``after``; None if nothing was detected.
 
         Raises:
             InputError: These samples cannot be diagnosed.
@@ -74,17 +72,13 @@ class Windows:
     after: float
 
     @property
-    def lead(self) -> float:
-        """s, from which on the later samples are simulated: the string comes to the change in the state that it had.
+    def begins(self) -> float:
+        """s, from which on the later samples are given: those from before the change date it."""
+        return max(self.before[1] - _DATED_BEFORE_S, self.before[0])
 
-        Where nobody knows for long whether it has changed yet, they begin after the change.
-        """
-        known = self.after - self.before[1] <= _LONGEST_UNKNOWN_S
-        return max(self.before[1] - LEAD_S, self.before[0]) if known else self.after
-
-    def onset_from(self, begins: float) -> Onset | None:
-        """When the change began in a log whose own time is 0 at a time, s; None where that begins after the change."""
-        return Onset(self.before[1] - begins, self.after - begins) if self.lead < self.after else None
+    def onset_from(self, begins: float) -> Onset:
+        """When the change began in a log whose own time is 0 at a time, s."""
+        return Onset(self.before[1], self.after).after(begins)
 
     def shortage(self, now: float) -> str:
         """Why this cannot be diagnosed yet at a time, s; empty if it can."""
@@ -109,22 +103,21 @@ def windows_of_change(interval: tuple[float, float], seen: float, started: float
     end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
     end = max(end, min(low - _MARGIN_S, started + _LEAST_BEFORE_S))
     windows = Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
-    if windows.lead < windows.after:
+    if windows.onset_from(0.0).known:
         return windows
     return replace(windows, after=max(windows.after, now - _LONGEST_AFTER_S))
 
 
 def diagnose_after(
-    before: RigLog | Baseline, after: RigLog, rig: Rig, channel: str | None, onset: Onset | None
+    before: RigLog | Baseline, after: RigLog, rig: Rig, since: Since | None, onset: Onset | None
 ) -> Answer:
     """What is different since the change, with what was before as the baseline; see `Ask`."""
     from slider_drilling.diagnosis.baseline import fit_baseline
-    from slider_drilling.diagnosis.diagnose_change import Since, diagnose_change, long_enough
+    from slider_drilling.diagnosis.diagnose_change import diagnose_change, long_enough
     from slider_drilling.diagnosis.to_json import to_json
 
     baseline = before
     if isinstance(baseline, RigLog):
         baseline = fit_baseline(long_enough([baseline], MIN_BASELINE_S), rig, whole=False)
-    since = Since(0.0, found=True, channel=channel)
     diagnosis = diagnose_change(baseline, [after], rig, since=since, whole=(False, False), onset=onset)
     return Answer(to_json(diagnosis), baseline)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slider_drilling.diagnosis.onset import Onset
+from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.log import RigLog
 from slider_drilling.process.peak_memory import peak_bytes
 from slider_drilling.rig import Rig
@@ -46,7 +46,7 @@ class Question:
     before: RigLog | PickledBaseline
     after: RigLog
     rig: Rig
-    channel: str | None
+    since: Since | None
     onset: Onset | None = None
     nice: int = 10
 
@@ -151,7 +151,7 @@ def _reply_to(question: Question) -> Reply:
     before = question.before
     try:
         given = pickle.loads(before.content) if isinstance(before, PickledBaseline) else before
-        answer = question.ask(given, question.after, question.rig, question.channel, question.onset)
+        answer = question.ask(given, question.after, question.rig, question.since, question.onset)
     except Exception as problem:  # whatever is wrong with these samples, the twin goes on and says it
         error = " ".join(str(problem).split()) or type(problem).__name__
         return Reply(None, None, error, time.process_time(), peak_bytes() or 0)

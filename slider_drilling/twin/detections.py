@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from slider_drilling.twin.agreement import Began, DiagnosedChange
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.channels import COMPARED
 from slider_drilling.twin.detector import Alarm
@@ -38,11 +39,13 @@ class _Open:
     Attributes:
         alarm: The strongest so far.
         seen: (channel, kind) of all features that show it.
+        began: What its diagnosis dates it to; None where it dates nothing.
     """
 
     detection: Detection
     alarm: Alarm
     seen: set[tuple[str, str]]
+    began: Began | None = None
 
 
 class DetectionLog:
@@ -65,7 +68,7 @@ class DetectionLog:
             fresh = alarm.time - shown.detection.detected <= _REFINED_S
             if fresh and _began_before(shown, alarm) and alarm.change.evidence > shown.alarm.change.evidence:
                 shown.alarm = alarm
-                self.change(_described(alarm, shown.detection))
+                self.change(_dated(_described(alarm, shown.detection), shown))
             return False
         change = alarm.change
         detection = Detection(
@@ -93,6 +96,27 @@ class DetectionLog:
         change = FeatureChange(0.0, since, interval, found.kind, found.size, in_operation=False)
         self._add(detection, Alarm(now, found.channel, _NO_FEATURE, change))
         return detection
+
+    def take_diagnosis(self, number: int, diagnosed: DiagnosedChange, now: float) -> None:
+        """Take what the diagnoses of a detection say at a time, s: a change that they name may have its time from them.
+
+        Args:
+            number: Of the detection.
+            diagnosed: What they say.
+            now: s.
+        """
+        shown = self._open[number - 1]
+        began = diagnosed.began
+        shown.began = began if began is not None and began.since <= shown.detection.detected else None
+        found = replace(
+            shown.detection, effects=diagnosed.effects, suspected=diagnosed.suspected, verdict=diagnosed.verdict,
+            answered=now, site=diagnosed.site or shown.detection.site,
+        )  # fmt: skip
+        self.change(_dated(found, shown))
+
+    def seen(self, number: int) -> FeatureChange:
+        """What features, or checks, show of a detection of this number, whatever its diagnosis dates it to."""
+        return self._open[number - 1].alarm.change
 
     def settled_change(self, now: float) -> float | None:
         """The time (s) of a change whose refinement is over: until then the past can be forgotten. None without one."""
@@ -145,6 +169,14 @@ def _may_grow_with(last: _Open, alarm: Alarm, seen: bool) -> bool:
 def _began_before(last: _Open, alarm: Alarm) -> bool:
     """Whether what an alarm shows began before a change was detected."""
     return alarm.change.since <= last.detection.detected
+
+
+def _dated(detection: Detection, shown: _Open) -> Detection:
+    """The detection with the time that its diagnosis gives it, or else with what the features say."""
+    if detection.kind == "event":
+        return detection
+    began = shown.began or Began(shown.alarm.change.since, shown.alarm.change.interval, shown.alarm.change.kind)
+    return replace(detection, since=began.since, interval=began.interval, kind=began.kind)
 
 
 def _described(alarm: Alarm, before: Detection) -> Detection:

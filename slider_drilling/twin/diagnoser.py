@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from slider_drilling.diagnosis.onset import Onset
+from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
@@ -171,20 +171,28 @@ class Diagnoser:
             baseline, end = None, windows.before[1]
         self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
-        seen_in = None if detection is None or number in self._of_checks else detection.channel
-        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.lead, now)
-        onset = None if detection is None else windows.onset_from(later.start_ns * 1e-9)
-        self._put(_Open(now, number), before, later, seen_in, onset)
+        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.begins, now)
+        begins = later.start_ns * 1e-9
+        onset = None if detection is None else windows.onset_from(begins)
+        self._put(_Open(now, number), before, later, self._since(detection, begins), onset)
+
+    def _since(self, detection: Detection | None, begins: float) -> Since | None:
+        """What was detected, for later samples that begin at a time, s."""
+        if detection is None:
+            return None
+        channel = None if detection.number in self._of_checks else detection.channel
+        seen = self._log.seen(detection.number)
+        return Since(seen.since, seen.interval, True, begins, channel)
 
     def _put(
-        self, question: _Open, before: RigLog | PickledBaseline, later: RigLog, channel: str | None, onset: Onset | None
+        self, question: _Open, before: RigLog | PickledBaseline, later: RigLog, since: Since | None, onset: Onset | None
     ) -> None:
         """Ask in the other process."""
         assert self._ask is not None
         self._background = self._background or BackgroundDiagnosis()
         self._background.end()
         self._open, self._held = question, None
-        asked = Question(self._ask, before, later, self._rig, channel, onset)
+        asked = Question(self._ask, before, later, self._rig, since, onset)
         if not self._replayed:
             self._background.start(asked)
             return
@@ -228,10 +236,6 @@ class Diagnoser:
         self.answer, self.answered = tree, now
         if number is None:
             return None
-        detection = self._log.detections[number - 1]
         change = self._diagnosed[number].take(tree)
-        self._log.change(replace(
-            detection, effects=change.effects, suspected=change.suspected, verdict=change.verdict, answered=now,
-            site=change.site or detection.site,
-        ))  # fmt: skip
+        self._log.take_diagnosis(number, change, now)
         return change
