@@ -3,6 +3,7 @@ import time
 
 import pytest
 
+from slider_drilling.diagnosis.onset import Since
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.rig import load_rig
@@ -12,22 +13,22 @@ from slider_drilling.twin.background import BackgroundDiagnosis, Question
 _LOG = RigLog("test", 0)
 
 
-def answer_at_once(before, after, rig, channel, onset):
-    return Answer({"verdict": "effect", "effects": ["heave"], "channel": channel, "process": os.getpid()})
+def answer_at_once(before, after, rig, since, onset):
+    return Answer({"verdict": "effect", "effects": ["heave"], "channel": since.channel, "process": os.getpid()})
 
 
-def refuse(before, after, rig, channel, onset):
+def refuse(before, after, rig, since, onset):
     raise InputError("too short:\ngive more")
 
 
-def sleep_long(before, after, rig, channel, onset):
+def sleep_long(before, after, rig, since, onset):
     time.sleep(600.0)
     return Answer({})
 
 
 def _ask(question, rig):
     background = BackgroundDiagnosis()
-    background.start(Question(question, _LOG, _LOG, rig, "hook_load"))
+    background.start(Question(question, _LOG, _LOG, rig, Since(1.0, channel="hook_load")))
     return background
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from slider_drilling.twin.agreement import Began, DiagnosedChange
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm
@@ -144,3 +145,25 @@ def test_alarm_of_the_other_sign_does_not_end_what_checks_have_found():
     log.take_confirmed(CONFIRMED, None, 1165.0)
     assert log.take(_alarm(2000.0, 1950.0, size=-4.0, channel="surface_torque"))
     assert [each.ended for each in log.detections] == [None, None]
+
+
+BEGAN = Began(84.0, (83.0, 86.0), "ramp")
+
+
+def test_named_change_dates_the_detection_until_it_has_no_name():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 90.0))
+    log.take_diagnosis(1, DiagnosedChange("effect", ("washout",), began=BEGAN), 150.0)
+    (found,) = log.detections
+    assert (found.since, found.interval, found.kind, found.effects) == (84.0, (83.0, 86.0), "ramp", ("washout",))
+    log.take(_alarm(160.0, 92.0, evidence=40.0))  # features do not move it now
+    assert log.detections[0].since == 84.0 and log.seen(1).since == 92.0
+    log.take_diagnosis(1, DiagnosedChange("unknown"), 200.0)
+    assert (log.detections[0].since, log.detections[0].kind) == (92.0, "step")
+
+
+def test_change_did_not_begin_after_it_was_detected():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 90.0))
+    log.take_diagnosis(1, DiagnosedChange("effect", ("washout",), began=Began(101.0, (95.0, 120.0), "step")), 150.0)
+    assert log.detections[0].since == 90.0

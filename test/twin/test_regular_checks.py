@@ -197,8 +197,11 @@ def test_second_check_makes_a_named_detection(request, monkeypatch):
 def test_later_questions_about_it_compare_with_the_same_rig_and_ask_for_no_channel(request, monkeypatch):
     made, log = diagnoser(request, monkeypatch, "heave")
     run(made, FIRST, FIRST + 100.0, FIRST + EVERY, FIRST + EVERY + 100.0, FIRST + EVERY + 130.0)
-    assert made.asking and len(made.questions) == 3 and made.questions[-1].channel is None
-    assert made.questions[-1].before == PickledBaseline(b"") and made.questions[-1].after.start_ns == FIRST * 1e9
+    asked = made.questions[-1]
+    assert made.asking and len(made.questions) == 3 and asked.since.channel is None
+    assert asked.before == PickledBaseline(b"") and asked.since.interval == (640.0, FIRST)
+    begins = asked.since.log_start
+    assert asked.onset.changed_from + begins == FIRST and begins * 1e9 == asked.after.start_ns
     assert log.detections[0].channel == "surface_torque"
 
 

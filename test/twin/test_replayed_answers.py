@@ -19,7 +19,7 @@ from slider_drilling.twin.motion import new_buffers
 ASKED = 500.0 + ASKED_AFTER_S[0]
 
 
-def answer_slowly(before, after, rig, channel, onset):
+def answer_slowly(before, after, rig, since, onset):
     """Little work, in a process that hardly gets the processor."""
     time.sleep(2.0)
     return Answer({"verdict": "effect", "effects": ["heave"], "site": "draw_works"})
@@ -70,7 +70,7 @@ def test_answer_after_the_end_of_a_replay_has_its_time(asked):
     assert answered > ASKED and not diagnoser.asking
 
 
-def how_nice(before, after, rig, channel, onset):
+def how_nice(before, after, rig, since, onset):
     return Answer({"verdict": "none", "nice": os.nice(0)})
 
 

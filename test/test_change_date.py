@@ -1,0 +1,99 @@
+"""When a named change began, by how much of it the samples hold over time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from short_well import coarse_meshes, routine_slide, short_rig
+
+from slider_drilling.diagnosis.baseline import fit_baseline
+from slider_drilling.diagnosis.change_date import ChangeDate, ShareOverTime, date_of_step_or_ramp
+from slider_drilling.diagnosis.diagnose_change import diagnose_change
+from slider_drilling.diagnosis.onset import Onset, Since
+from slider_drilling.diagnosis.sentences import summary
+from slider_drilling.diagnosis.to_json import to_json
+from slider_drilling.log.time_window import cut_time_window
+
+BEGAN = 300.0
+TIME = 2.5 + 5.0 * np.arange(120)
+
+
+def _shares(expected, scatter=0.1, held=None, seed=0):
+    noise = scatter * np.random.default_rng(seed).standard_normal(TIME.size)
+    held = np.full(TIME.size, True) if held is None else held
+    return ShareOverTime(TIME[held], (expected + noise)[held], np.full(held.sum(), 400.0))
+
+
+def test_step_is_dated_to_a_block():
+    found = date_of_step_or_ramp(_shares((TIME > BEGAN).astype(float)))
+    assert found.since == pytest.approx(BEGAN, abs=5.0)
+    assert found.interval[0] <= BEGAN <= found.interval[1] and found.interval[1] - found.interval[0] <= 20.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ramp_begins_within_its_interval(seed):
+    found = date_of_step_or_ramp(_shares(np.maximum(TIME - BEGAN, 0.0) / (TIME[-1] - BEGAN), seed=seed))
+    assert found.interval[0] <= BEGAN <= found.interval[1] and found.since == pytest.approx(BEGAN, abs=30.0)
+
+
+def test_what_begins_in_an_operation_may_have_begun_at_any_time_of_it():
+    held = (TIME < 250.0) | (TIME > 350.0)
+    found = date_of_step_or_ramp(_shares((TIME > BEGAN).astype(float), held=held))
+    assert found.interval[0] < 256.0 and found.interval[1] > 344.0 and found.since == pytest.approx(BEGAN, abs=10.0)
+
+
+@pytest.mark.parametrize("shares", [
+    pytest.param(2.0 + (TIME > BEGAN), id="all of it and more before"),
+    pytest.param(0.3 * (TIME > BEGAN), id="little of it afterwards"),
+    pytest.param(0.0 * TIME + 1.0, id="as much all the time"),
+    pytest.param(np.sin(TIME / 40.0) + (TIME > BEGAN), id="comes and goes"),
+])  # fmt: skip
+def test_shares_that_are_not_none_before_and_all_after_date_nothing(shares):
+    assert date_of_step_or_ramp(_shares(shares)) is None
+
+
+@pytest.mark.parametrize(("interval", "more"), [
+    (None, True), ((80.0, 130.0), True), ((98.0, 105.0), False), ((111.0, 112.0), True), ((80.0, 89.0), True),
+])  # fmt: skip
+def test_narrower_or_contradicting_date_counts(interval, more):
+    assert ChangeDate(100.0, (90.0, 110.0)).says_more_than(interval) is more
+
+
+@pytest.fixture(scope="module")
+def slide(tmp_path_factory):
+    """A routine slide of 330 s with a torque reading that is off from 240 s on, and its first 200 s as baseline."""
+    with coarse_meshes():
+        whole = routine_slide(tmp_path_factory.mktemp("dated") / "slide.mcap", short_rig(), 3, 330.0)
+        drive = whole.top_drive
+        log = replace(whole, top_drive=replace(drive, effort=drive.effort + 800.0 * (drive.time > 240.0)))
+        yield log, fit_baseline([cut_time_window(log, 0.0, 200.0)], short_rig())
+
+
+def _diagnosed(slide, since, only):
+    log, baseline = slide
+    onset = Onset(200.0, 290.0).after(60.0)
+    later = cut_time_window(log, 60.0, 330.0)
+    return diagnose_change(baseline, [later], short_rig(), since=since, onset=onset, whole=(True, False), only=only)
+
+
+def test_named_change_dates_itself_in_the_time_of_the_users_log(slide):
+    found = _diagnosed(slide, Since(245.0, (200.0, 290.0), True, log_start=60.0), ("torque_sensor_bias",))
+    assert found.effects == ("torque_sensor_bias",) and found.change.dated
+    low, high = found.change.since_interval
+    assert low <= 240.0 <= high and high - low <= 20.0 and found.change.since == pytest.approx(240.0, abs=5.0)
+    assert f"since {found.change.since:.0f} s" in str(summary(found)) and to_json(found)["change"]["dated"]
+    assert found.change.log_start == 60.0 + Onset(200.0, 290.0).after(60.0).simulated_from
+
+
+def test_time_that_a_user_gives_stays(slide):
+    found = _diagnosed(slide, Since(245.0, log_start=60.0), ("torque_sensor_bias",))
+    assert (found.change.since, found.change.dated) == (245.0, False)
+
+
+def test_answer_without_a_known_time_has_no_since(slide):
+    log, baseline = slide
+    later = cut_time_window(log, 250.0, 330.0)
+    found = diagnose_change(baseline, [later], short_rig(), whole=(True, False), only=("torque_sensor_bias",))
+    assert found.change.since is None and "since" not in str(summary(found))
