@@ -9,7 +9,7 @@ import pytest
 from short_well import coarse_meshes, routine_slide, short_rig
 
 from slider_drilling.diagnosis.baseline import fit_baseline
-from slider_drilling.diagnosis.change_date import ChangeDate, ShareOverTime, date_of_step_or_ramp
+from slider_drilling.diagnosis.change_date import ChangeDate, Rise, ShareOverTime, rise_of
 from slider_drilling.diagnosis.diagnose_change import diagnose_change
 from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.diagnosis.sentences import summary
@@ -27,20 +27,20 @@ def _shares(expected, scatter=0.1, held=None, seed=0):
 
 
 def test_step_is_dated_to_a_block():
-    found = date_of_step_or_ramp(_shares((TIME > BEGAN).astype(float)))
+    found = rise_of(_shares((TIME > BEGAN).astype(float))).date
     assert found.since == pytest.approx(BEGAN, abs=5.0)
     assert found.interval[0] <= BEGAN <= found.interval[1] and found.interval[1] - found.interval[0] <= 20.0
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_ramp_begins_within_its_interval(seed):
-    found = date_of_step_or_ramp(_shares(np.maximum(TIME - BEGAN, 0.0) / (TIME[-1] - BEGAN), seed=seed))
+    found = rise_of(_shares(np.maximum(TIME - BEGAN, 0.0) / (TIME[-1] - BEGAN), seed=seed)).date
     assert found.interval[0] <= BEGAN <= found.interval[1] and found.since == pytest.approx(BEGAN, abs=30.0)
 
 
 def test_what_begins_in_an_operation_may_have_begun_at_any_time_of_it():
     held = (TIME < 250.0) | (TIME > 350.0)
-    found = date_of_step_or_ramp(_shares((TIME > BEGAN).astype(float), held=held))
+    found = rise_of(_shares((TIME > BEGAN).astype(float), held=held)).date
     assert found.interval[0] < 256.0 and found.interval[1] > 344.0 and found.since == pytest.approx(BEGAN, abs=10.0)
 
 
@@ -51,7 +51,15 @@ def test_what_begins_in_an_operation_may_have_begun_at_any_time_of_it():
     pytest.param(np.sin(TIME / 40.0) + (TIME > BEGAN), id="comes and goes"),
 ])  # fmt: skip
 def test_shares_that_are_not_none_before_and_all_after_date_nothing(shares):
-    assert date_of_step_or_ramp(_shares(shares)) is None
+    assert rise_of(_shares(shares)).date is None
+
+
+@pytest.mark.parametrize(("shares", "shows"), [
+    (2.0 + (TIME > BEGAN), True), (0.5 * (TIME > BEGAN), True), (0.0 * TIME + 1.0, False),
+    (1.0 * (TIME < BEGAN), False),
+])  # fmt: skip
+def test_change_of_which_the_later_samples_hold_no_more_does_not_show(shares, shows):
+    assert rise_of(_shares(shares)).shows is shows
 
 
 @pytest.mark.parametrize(("interval", "more"), [
@@ -85,6 +93,14 @@ def test_named_change_dates_itself_in_the_time_of_the_users_log(slide):
     assert low <= 240.0 <= high and high - low <= 20.0 and found.change.since == pytest.approx(240.0, abs=5.0)
     assert f"since {found.change.since:.0f} s" in str(summary(found)) and to_json(found)["change"]["dated"]
     assert found.change.log_start == 60.0 + Onset(200.0, 290.0).after(60.0).simulated_from
+
+
+def test_name_that_does_not_rise_is_refused(slide, monkeypatch):
+    flat = Rise(0.0, 0.02, 2.0, ChangeDate(100.0, (50.0, 150.0)))
+    monkeypatch.setattr("slider_drilling.diagnosis.diagnose_change.rise_of_change", lambda *arguments: flat)
+    found = _diagnosed(slide, Since(245.0, (200.0, 290.0), True, log_start=60.0), ("torque_sensor_bias",))
+    assert found.effects == () and found.suspected == ("torque_sensor_bias",) and not found.change.dated
+    assert "hold no more of it" in found.ranking[0].why_not[0]
 
 
 def test_time_that_a_user_gives_stays(slide):

@@ -87,13 +87,14 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
     from slider_drilling.twin.ask import windows_of_change
 
     first, not_compared = _first_change(log, rig, None, lambda done: progress("looking for a change", 0.1 * done))
+    seen_in = None if first is None else first.channel  # of what checks find, none
     if first is None and not not_compared:
         first, _ = _first_change(
             log, rig, diagnose_after, lambda done: progress("looking for a change, by checks", 0.1 + 0.4 * done)
         )
     if first is not None:
         windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
-        return Since(first.since, first.interval, True, windows.begins, first.channel), windows
+        return Since(first.since, first.interval, True, windows.begins, seen_in), windows
     advice = f"{not_compared}, or" if not_compared else "no change detected; give"
     raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
 

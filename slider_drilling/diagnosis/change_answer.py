@@ -101,16 +101,19 @@ class ChangeAnswer:
         return self.gaps[1] if self.gaps[2] is None else self.gaps[2]
 
 
-def answer_from(search: ChangeSearch, baseline: Baseline, seed: int = 0) -> ChangeAnswer:
+def answer_from(
+    search: ChangeSearch, baseline: Baseline, seed: int = 0, further: Mapping[str, str] | None = None
+) -> ChangeAnswer:
     """The answer that a search supports.
 
     Args:
         search: The search.
         baseline: What the earlier log gave.
         seed: Of the bootstrap.
+        further: Why else a candidate may not be named, by its name.
     """
     unchanged, calibrated = (usual_gap(search.problem, each.residual) for each in (search.unchanged, search.calibrated))
-    refused = _refused(search)
+    refused = _refused(search, further or {})
     group = _indistinguishable([each for each in search.tried if each.effect.name not in refused])
     different = largest_gap(search.problem, search.unchanged.residual) > SAME_AS_BEFORE
     named = _linearised(group[0]) if 0 < len(group) <= _MAX_GROUP and different else None
@@ -225,9 +228,9 @@ def is_physical_and_material(tried: TriedChange) -> bool:
     return effect.is_physical(values) and effect.is_material(before, after)
 
 
-def _refused(search: ChangeSearch) -> dict[str, str]:
+def _refused(search: ChangeSearch, further: Mapping[str, str]) -> dict[str, str]:
     """Why a candidate may not be named, by its name."""
-    refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))}
+    refused = {each.effect.name: why for each in search.tried if (why := why_unsupported(each, search))} | dict(further)
     supported = [each for each in search.tried if each.effect.name not in refused]
     elsewhere = [each for each in supported if _explains_another_channel(each, search)]
     refused |= refused_by_channel(supported, elsewhere, plain_name(search.seen_in or ""))

@@ -30,9 +30,8 @@ _BLOCK_S = 5.0  # over which a share is taken
 _ALIKE = 6  # blocks in a row whose errors go together
 _EDGE = 6  # blocks on either side of the times that are tried
 _MIN_SAMPLES = 100  # of a channel, before and after the change
-# Shares before and after a change that is dated; and the gain of ``-2 log p`` beyond one constant share, in units of
-# what the shares scatter.
-_BEFORE, _AFTER, _MIN_GAIN = 0.35, (0.6, 1.4), 30.0
+# Shares before and after a change that is dated; and gain (`Rise.gain`) of one that is dated, and that there is at all.
+_BEFORE, _AFTER, _DATED_GAIN, _LEAST_GAIN = 0.35, (0.6, 1.4), 30.0, 20.0
 
 
 @dataclass(frozen=True)
@@ -76,8 +75,35 @@ class ShareOverTime:
     weight: Array
 
 
-def date_change(string: DrillString, baseline: Baseline, named: TriedChange, onset: Onset) -> ChangeDate | None:
-    """Date a named change.
+@dataclass(frozen=True)
+class Rise:
+    """How the share of a change rises, as the likeliest step or ramp has it.
+
+    Attributes:
+        before, after: Share at the start and at the end.
+        gain: ``-2 log p`` beyond one constant share, in units of what the shares scatter.
+        begins: When it begins.
+    """
+
+    before: float
+    after: float
+    gain: float
+    begins: ChangeDate
+
+    @property
+    def shows(self) -> bool:
+        """Whether the samples since hold more of the change than those before."""
+        return self.gain >= _LEAST_GAIN and self.after > self.before
+
+    @property
+    def date(self) -> ChangeDate | None:
+        """When the change began; None where the share is not about none before and about all after."""
+        plain = abs(self.before) <= _BEFORE and _AFTER[0] <= self.after <= _AFTER[1] and self.gain >= _DATED_GAIN
+        return self.begins if plain else None
+
+
+def rise_of_change(string: DrillString, baseline: Baseline, named: TriedChange, onset: Onset) -> Rise | None:
+    """How a named change rises over a log.
 
     Args:
         string: Model of one later log that begins well before the change.
@@ -86,14 +112,14 @@ def date_change(string: DrillString, baseline: Baseline, named: TriedChange, ons
         onset: What is known of when it began, in that log.
 
     Returns:
-        None where the log does not show when it began.
+        None where no channel has samples from before and after it, or it does nothing in them.
     """
     shown = [channel.name for channel in string.runs[0].channels if _on_both_sides(channel, onset)]
     string = string.with_channels(shown)
     if all(channel.accumulates for channel in string.runs[0].channels):
         return None
     share = share_over_time(string, baseline, named, onset)
-    return None if share is None else date_of_step_or_ramp(share)
+    return None if share is None else rise_of(share)
 
 
 def _on_both_sides(channel: Channel, onset: Onset) -> bool:
@@ -105,7 +131,7 @@ def _on_both_sides(channel: Channel, onset: Onset) -> bool:
 def share_over_time(
     string: DrillString, baseline: Baseline, named: TriedChange, onset: Onset
 ) -> ShareOverTime | None:
-    """How much of a change the samples hold; arguments as of `date_change`. None where it does nothing in them."""
+    """How much of a change the samples hold; arguments as of `rise_of_change`. None where it does nothing in them."""
     own = {parameter.name for parameter in named.effect.parameters}
     fitted = {name: value for name, value in named.fit.values.items() if "@" not in name}
     shared = {**baseline.values, **{name: value for name, value in fitted.items() if name not in own}}
@@ -156,10 +182,10 @@ def _shares(problem: Problem, without: Array, difference: Array, onset: Onset) -
     return ShareOverTime(middle, product[held] / weight[held], weight[held])
 
 
-def date_of_step_or_ramp(shares: ShareOverTime) -> ChangeDate | None:
-    """When shares step from about none to about all, or begin to grow to that; None if they do neither for certain.
+def rise_of(shares: ShareOverTime) -> Rise:
+    """The likeliest step or ramp of shares, and when it begins: the posterior is over both shapes.
 
-    The posterior is over both shapes. Errors that go together in neighbouring blocks count as their scatter says.
+    Errors that go together in neighbouring blocks count as their scatter says.
     """
     time, share, weight = shares.time, shares.share, shares.weight
     begins = np.arange(time[_EDGE], time[-_EDGE], _BLOCK_S) - 0.5 * _BLOCK_S
@@ -175,11 +201,9 @@ def date_of_step_or_ramp(shares: ShareOverTime) -> ChangeDate | None:
     best = int(np.argmax(gain))
     before = float(mean - slope[best] * centre[best])
     scatter = _scatter(share - before - slope[best] * shapes[:, best], weight)
-    plain = abs(before) <= _BEFORE and _AFTER[0] <= before + slope[best] <= _AFTER[1]
-    if not plain or gain[best] < _MIN_GAIN * scatter:
-        return None
     low, since, high = _quantiles(begins, np.exp(0.5 * (gain - gain[best]) / scatter))
-    return ChangeDate(since, (low - _BLOCK_S, high + _BLOCK_S))
+    date = ChangeDate(since, (low - _BLOCK_S, high + _BLOCK_S))
+    return Rise(before, before + float(slope[best]), float(gain[best]) / scatter, date)
 
 
 def _scatter(error: Array, weight: Array) -> float:

@@ -11,9 +11,9 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import check_names
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
-from slider_drilling.diagnosis.change_date import ChangeDate, date_change
+from slider_drilling.diagnosis.change_date import ChangeDate, Rise, rise_of_change
 from slider_drilling.diagnosis.change_result import change_diagnosis
-from slider_drilling.diagnosis.change_search import TriedChange, search_change
+from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, search_change
 from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.onset import Onset, Since
@@ -30,6 +30,7 @@ from slider_drilling.units import Text
 
 MIN_BEFORE_S, MIN_AFTER_S = 60.0, 30.0
 """Shortest log before and after a change that can be compared."""
+_NO_RISE = "the samples since the change hold no more of it than those before"
 
 
 def diagnose_change(
@@ -80,14 +81,11 @@ def diagnose_change(
             f"{after[0].source}: shares no channel with the baseline, which holds {', '.join(baseline.noise)}"
         )
     search = replace(search_change(model, baseline), seen_in=given.channel)
-    answer = answer_from(search, baseline, seed)
+    progress("dating the change", 0.95)
+    answer, rise = _answer_that_rises(search, baseline, seed, after[0], rig, onset if given.found else None)
     remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in later.checks], rig), *later.remarks)
     diagnosis = change_diagnosis(after, rig, later.checks, search, answer, baseline, remarks)
-    dated = None
-    if given.found and onset is not None and answer.named is not None:
-        progress("dating the change", 0.95)
-        dated = _dated(after[0], rig, baseline, answer.named, onset, given)
-    change = _change(answer, baseline, given, dated, part.begin)
+    change = _change(answer, baseline, given, rise, part.begin)
     return replace(diagnosis, change=change, runtime=clock.perf_counter() - started)
 
 
@@ -137,18 +135,28 @@ def _later_string(logs: Sequence[RigLog], rig: Rig, baseline: Baseline, whole: b
     return _LaterString(string, checks, tuple(prepared.remarks))
 
 
-def _dated(
-    log: RigLog, rig: Rig, baseline: Baseline, named: TriedChange, onset: Onset, given: Since
-) -> ChangeDate | None:
-    """When a named change began, where its size over time says more of that than detection; s of the user's log."""
+def _answer_that_rises(
+    search: ChangeSearch, baseline: Baseline, seed: int, log: RigLog, rig: Rig, onset: Onset | None
+) -> tuple[ChangeAnswer, Rise | None]:
+    """The answer, and how the change that it names rises over the later log; None without a name or an onset."""
+    not_rising: dict[str, str] = {}
+    while True:
+        answer = answer_from(search, baseline, seed, not_rising)
+        if answer.named is None or onset is None:
+            return answer, None
+        rise = _rise_in_log(log, rig, baseline, answer.named, onset)
+        if rise is None or rise.shows:
+            return answer, rise
+        not_rising[answer.named.effect.name] = _NO_RISE
+
+
+def _rise_in_log(log: RigLog, rig: Rig, baseline: Baseline, named: TriedChange, onset: Onset) -> Rise | None:
+    """How a named change rises over a later log, in its time; None where it does not show."""
     calm = from_calm_start(log, rig)
     begin = 1e-9 * (calm.start_ns - log.start_ns)
     string = _later_string([calm], rig, baseline, whole=False).string
-    found = date_change(string, baseline, named, onset.after(begin))
-    if found is None:
-        return None
-    dated = found.in_log_from(given.log_start + begin)
-    return dated if dated.says_more_than(given.interval) else None
+    found = rise_of_change(string, baseline, named, onset.after(begin))
+    return None if found is None else replace(found, begins=found.begins.in_log_from(begin))
 
 
 def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
@@ -173,15 +181,21 @@ def _changed_string(
     return ChangedString(string, baseline.values, shared_nuisance(string.nuisance, baseline), candidates, onset=onset)
 
 
-def _change(
-    answer: ChangeAnswer, baseline: Baseline, since: Since, dated: ChangeDate | None, begin: float
-) -> Change:
+def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, rise: Rise | None, begin: float) -> Change:
     """What the answer says of the change; the compared part begins so many s into the later log."""
+    dated = _dated(rise, since)
     if dated is not None:
         since = replace(since, time=dated.since, interval=dated.interval)
     return Change(
-        baseline.sources, since.log_start + begin, since.time, since.interval, since.found,
-        dated is not None, None if answer.named is None else answer.named.growing, answer.moved, answer.explained,
-        answer.interval, baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing),
-        baseline.values,
+        baseline.sources, since.log_start + begin, since.time, since.interval, since.found, dated is not None,
+        None if answer.named is None else answer.named.growing, answer.moved, answer.explained, answer.interval,
+        baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing), baseline.values,
     )  # fmt: skip
+
+
+def _dated(rise: Rise | None, since: Since) -> ChangeDate | None:
+    """When the named change began, where its rise says more of that than detection; s of the user's log."""
+    if rise is None or rise.date is None:
+        return None
+    dated = rise.date.in_log_from(since.log_start)
+    return dated if dated.says_more_than(since.interval) else None
