@@ -96,7 +96,7 @@ def test_slide_orients_from_rotation_and_leaves(tmp_path: Path, monkeypatch: pyt
 
 
 def test_table_is_in_the_units_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    aborted = dataclasses.replace(score(), outcome="weight on bit may reach 151 kN, the limit is 150 kN")
+    aborted = dataclasses.replace(score(), outcome="weight on bit may reach 151 kN, above the limit of 150 kN")
     monkeypatch.setattr(stand_run, "run_stands", lambda *arguments: iter([dataclasses.replace(aborted, name="short")]))
     monkeypatch.setattr(stand_scenarios, "STANDS", (stand(SHORT),))
     printed = CliRunner().invoke(group, ["closed-loop", "--stands", "--units", "field"], catch_exceptions=False).output

@@ -179,6 +179,17 @@ def test_weight_limit_lifts_the_bit() -> None:
     assert result.controller.status()[0].level is Level.ERROR
 
 
+def test_reason_says_how_the_value_lies_beside_its_limit() -> None:
+    """What a limit is kept clear by aborts at values below it; "would reach 5.2, the limit is 6.0" is no reason."""
+    torque = run(of(Rotate(8.0, time=60.0), right_torque=6e3), plant()).reason
+    weight = run(of(SlackOff(20.0)), plant()).reason
+    for reason in (torque, weight):
+        found = re.search(r"reach ([\d.]+) kN( m)?, (above|too near) the limit of ([\d.]+) kN", reason)
+        assert found is not None, reason
+        assert (found[3] == "above") == (float(found[1]) >= float(found[4]))
+    assert "too near" in torque
+
+
 def test_bit_must_be_surely_off_bottom() -> None:
     off = StepLimits(bit="off bottom")
     near = Programme((Step(PickUp(0.5)), Step(Rest(5.0), off)))
@@ -236,7 +247,7 @@ def test_connection_stops_and_starts_the_pump() -> None:
         (Rotate(20.0, time=9.0), {}, "the top drive has 12.6"),
         (PickUp(1.0, speed=1.5), {}, ""),
         (Flow(0.2), {}, "the pump has"),
-        (Flow(0.034), {"pressure": 190e5}, "circulation alone takes"),
+        (Flow(0.034), {"pressure": 190e5}, "more than 95 % of the limit of 190 bar"),
         (Slide(0.5, length=1.0, rate_of_penetration=0.01), {"weight_on_bit": 60e3}, "m/h at most"),
     ],
 )

@@ -88,7 +88,7 @@ class LimitGuard:
         torque = state.recent_torque
         limit, name = (limits.right_torque, "right") if torque > 0.0 else (limits.left_torque, "left")
         if abs(torque) >= (1.0 - 0.5 * KEPT_CLEAR) * limit:
-            message = f"torque to the {name} is {abs(torque) / 1e3:.1f} kN m, the limit is {limit / 1e3:.1f} kN m"
+            message = f"torque to the {name} is {abs(torque) / 1e3:.1f} kN m, {_beside(abs(torque), limit)} kN m"
             return LimitReached(f"{name}_torque", message, False)
         return self._weight(limits, weight) or self._pressure(limits, state, state.standpipe)
 
@@ -102,7 +102,7 @@ class LimitGuard:
         peak = self._predictor.predict_peak(sensor.torque_from_below(state.pipe_torque), stroke, state.monitor.step)
         limit, name = (limits.right_torque, "right") if side > 0.0 else (limits.left_torque, "left")
         if speed > 0.0 and math.isfinite(peak) and peak >= (1.0 - KEPT_CLEAR) * limit - _TORQUE_CLEAR:
-            message = f"torque to the {name} would reach {peak / 1e3:.1f} kN m, the limit is {limit / 1e3:.1f} kN m"
+            message = f"torque to the {name} would reach {peak / 1e3:.1f} kN m, {_beside(peak, limit)} kN m"
             return LimitReached(f"{name}_torque", message, False)
         return None
 
@@ -117,8 +117,7 @@ class LimitGuard:
     def _weight(self, limits: CompleteLimits, weight: float) -> LimitReached | None:
         if weight < (1.0 - KEPT_CLEAR) * limits.weight_on_bit:
             return None
-        message = (f"weight on bit may reach {weight / 1e3:.0f} kN, the limit is "
-                   f"{limits.weight_on_bit / 1e3:.0f} kN")  # fmt: skip
+        message = f"weight on bit may reach {weight / 1e3:.0f} kN, {_beside(weight, limits.weight_on_bit, digits=0)} kN"
         return LimitReached("weight_on_bit", message, True)
 
     def _pressure(self, limits: CompleteLimits, state: SurfaceState, pressure: float) -> LimitReached | None:
@@ -127,5 +126,11 @@ class LimitGuard:
         clear = KEPT_CLEAR * max(limits.pressure - circulating, 0.0)
         if pressure < limits.pressure - clear:
             return None
-        message = f"standpipe pressure may reach {pressure / 1e5:.0f} bar, the limit is {limits.pressure / 1e5:.0f} bar"
+        beside = _beside(pressure, limits.pressure, scale=1e5, digits=0)
+        message = f"standpipe pressure may reach {pressure / 1e5:.0f} bar, {beside} bar"
         return LimitReached("pressure", message, True)
+
+
+def _beside(value: float, limit: float, scale: float = 1e3, digits: int = 1) -> str:
+    """How a value that is not allowed lies beside its limit; without the unit."""
+    return f"{'above' if value >= limit else 'too near'} the limit of {limit / scale:.{digits}f}"

@@ -101,8 +101,9 @@ def _check_flow(
     """The pressure of circulation alone stays below the limit, and nothing is lowered without flow."""
     pressure = float(rig.circulation_at(max(start.pump, end.pump)))
     if pressure >= CIRCULATION_SHARE * limits.pressure:
-        raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, the limit is "
-                         f"{limits.pressure / 1e5:.0f} bar; less flow, or a higher limit")  # fmt: skip
+        raise InputError(f"{where}: circulation alone takes {pressure / 1e5:.0f} bar, more than "
+                         f"{100 * CIRCULATION_SHARE:.0f} % of the limit of {limits.pressure / 1e5:.0f} bar; less flow, "
+                         "or a higher limit")  # fmt: skip
     lowered = end.block > start.block or end.lowering > 0.0 or isinstance(step.action, Slide)
     if lowered and min(start.pump, end.pump) < MIN_FLOW_SHARE * rig.reference_pump_speed:
         raise InputError(f"{where}: the block is lowered with less than {100 * MIN_FLOW_SHARE:.0f} % of the "
