@@ -69,6 +69,15 @@ def test_plan_stays_within_its_limits(plan):
     assert max(used.values()) <= plan.plan.planned.limit_use <= 0.9
 
 
+def test_routine_rocking_beyond_the_limits_is_called_so(plan):
+    """Beside a test within tight limits it may show more, and is no choice."""
+    name, routine = next(iter(plan.plan.fixed.items()))
+    for use, expected in ((0.5, False), (3.0, True)):
+        fixed = {**plan.plan.fixed, name: replace(routine, limit_use=use)}
+        headline = plan_page(replace(plan, plan=replace(plan.plan, fixed=fixed))).headline
+        assert ("uses more of a limit than a test may" in headline.text) is expected
+
+
 def test_controller_runs_the_plan_to_its_end(plan):
     run = sd.simulate(plan.rig, programme=plan.programme, elements=30)
     assert run.progress.state is ProgrammeState.DONE, run.progress.reason

@@ -66,9 +66,10 @@ def _headline(plan: DrillingPlan) -> Headline:
     better = [row for row in rows if row.power_with >= POWER]
     before = [row for row in rows if row.power_without >= POWER]
     than = "the logs so far show" if plan.plan.without is not None else "routine rocking of this length shows"
+    beyond = ", but uses more of a limit than a test may" if plan.plan.baseline_beyond_limits else ""
     text = (
         f"This test shows {len(better)} of {len(rows)} possible effects of a usual size in {power_in_words()}; {than} "
-        f"{len(before)}."
+        f"{len(before)}{beyond}."
     )
     return Headline(text, "plain", "test programme")
 

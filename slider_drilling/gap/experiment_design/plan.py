@@ -72,6 +72,11 @@ class TestPlan:
         """What is known without the plan: after the logs so far, or after routine operation of equal length."""
         return self.without if self.without is not None else next(iter(self.fixed.values())).prospect
 
+    @property
+    def baseline_beyond_limits(self) -> bool:
+        """Whether the baseline is a run that the limits do not allow."""
+        return self.without is None and next(iter(self.fixed.values())).limit_use > LIMIT_SHARE
+
 
 class NoProgrammeError(ValueError):
     """No programme stays within the limits.
