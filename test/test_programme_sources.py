@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import slider_drilling as sd
 from slider_drilling.commands.programme_file import prepare_programme
+from slider_drilling.commands.run import command as run_command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.programmes import (
@@ -88,6 +90,7 @@ def test_slide_sheet_of_a_workbook_is_the_same(tmp_path: Path) -> None:
         (",60", ",0", "line 2: rpm = 0: must be above 0"),
         ("13182.4", "14182.4", "at most 60 m"),
         ("from [ft]", "from", "has no unit"),
+        ("\n,,connection", "\n13182.4,13190,connection", "line 4: to = 4020.31 m: a connection drills nothing"),
     ],
 )
 def test_bad_slide_sheets_are_refused_by_line(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -112,6 +115,13 @@ def test_simulate_runs_and_keeps_the_programme(rig: sd.Rig, tmp_path: Path) -> N
     kept = read_log(run.save(tmp_path / "run.mcap")).programme_text
     assert kept is not None and parse_programme(kept) == programme
     assert run.summary().tool_face is None
+
+
+def test_a_programme_has_no_settings() -> None:
+    """A setting of the controller that does not run would be ignored."""
+    result = CliRunner().invoke(run_command, ["--programme", "commissioning", "--set", "gain=2"])
+    assert isinstance(result.exception, InputError)
+    assert "--set gain=2: a programme has no settings" in str(result.exception)
 
 
 def test_simulate_takes_a_drive_or_a_programme(rig: sd.Rig) -> None:

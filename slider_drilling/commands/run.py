@@ -85,6 +85,9 @@ def command(
     """
     if programme is not None and not (controller is None and target is None):
         raise InputError("--programme: cannot be used with --controller or --target; it gives both")
+    settings = [text for text in sets if "." not in text.partition("=")[0]]
+    if programme is not None and settings:
+        raise InputError(f"--set {settings[0]}: a programme has no settings; keys of the rig file have a dot")
     if duration is None:
         duration = 0.0 if live or programme is not None else 300.0
     elif not 0.0 < duration <= 1e7:

@@ -64,6 +64,7 @@ def read_slide_sheet(path: Path) -> SlideSheet:
     for row in rows:
         mode = _mode(row, path)
         if mode == "connection":
+            _check_connection(row, depth, path)
             steps.append(Step(MakeConnection()))
             continue
         depth = _check_depths(row, depth, path)
@@ -104,6 +105,14 @@ def _check_depths(row: TableRow, depth: float, path: Path) -> float:
         raise InputError(f"{path}: line {row.line}: from {begin:.2f} to {end:.2f} m: must be above 0 and at most "
                          f"{_LONGEST:.0f} m; put connections between stands")  # fmt: skip
     return end
+
+
+def _check_connection(row: TableRow, depth: float, path: Path) -> None:
+    """Check that a connection, where its row gives depths, drills nothing."""
+    for name in ("from", "to"):
+        if abs(row.numbers.get(name, depth) - depth) > _DEPTH_TOLERANCE:
+            raise InputError(f"{path}: line {row.line}: {name} = {row.numbers[name]:.2f} m: a connection drills "
+                             f"nothing, and the row above ends at {depth:.2f} m")  # fmt: skip
 
 
 def _number(row: TableRow, name: str, path: Path) -> float:
