@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from short_well import short_rig
 
+from slider_drilling import commands
 from slider_drilling.commands.investigate import command, run_on_ros
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
@@ -215,6 +216,10 @@ def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
         (["--on", "sealed", "--drive-rig"], "--drive-rig: only with --on ros"),
         (["--on", "sealed", "--sealed-effect", "gremlins"], "gremlins: unknown; use stribeck"),
         (["--on", "sealed", "--size", "0"], "--size 0: must be 0.05 to 50"),
+        (["--on", "sealed", *["--sealed-effect", "heave"] * 2], "sealed effect heave: given twice"),
+        (["--on", "sealed", "--sealed-effect", "heave", "--sealed-effect", "stribeck", "--size", "0.5"],
+         "size 0.5: two sealed effects need at least 1.5 noise floors each"),
+        (["--on", "ros", "--effect", "gremlins"], "'gremlins': no such effect"),
         (["--on", "ros", "--drive-rig", "--effect", "heave"], "--effect: only with --on ros, of the simulated rig"),
         (["--on", "ros", "--sealed-effect", "heave"], "--sealed-effect: only with --on sealed"),
         (["--on", "ros", "--size", "2"], "--size: only with --on sealed"),
@@ -249,6 +254,15 @@ def test_folder_refuses_what_it_would_ignore(tmp_path, arguments, words):
     assert isinstance(result.exception, InputError)
     assert str(result.exception).startswith(words)
     assert not (tmp_path / "well").exists()
+
+
+def test_runs_on_the_simulator_have_noise_of_their_own(tmp_path, monkeypatch):
+    """Two logs with the same noise are no two witnesses."""
+    seeds = []
+    monkeypatch.setattr(commands.investigate, "run_on_ros", lambda *call: seeds.append(call[-1]) or True)
+    record = commands.investigate._recorder("ros", tmp_path, (), None, 0.0, 2**31 - 2)
+    assert all(record(number, tmp_path, tmp_path) for number in (1, 2, 3))
+    assert len(set(seeds)) == 3 and max(seeds) < 2**31
 
 
 def test_interrupt_ends_the_run_in_order(tmp_path, monkeypatch):

@@ -32,6 +32,7 @@ Examples:
   slider-drilling investigate --rig rig.yaml --on ros --effect static_aging -o investigation
 """
 _POLL_S = 2.0
+_SEEDS = 2**31
 
 
 @click.command(epilog=EXAMPLES)
@@ -63,7 +64,8 @@ _POLL_S = 2.0
                    "move.")  # fmt: skip
 @click.option("--namespace", default="/", show_default=True, metavar="/NAME",
               help="With --drive-rig: namespace of the rig's topics.")  # fmt: skip
-@click.option("--seed", default=0, show_default=True, type=SEED, help="Of sealed rigs, plans and diagnoses.")
+@click.option("--seed", default=0, show_default=True, type=SEED,
+              help="Of sealed and simulated rigs, plans and diagnoses.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("investigation"), show_default=True,
               help="Folder of all files; with --on FOLDER it is that folder, so leave it out.")  # fmt: skip
 @units_option_with("field")
@@ -79,6 +81,7 @@ def command(
     The folder holds every log, diagnosis and programme; the same command goes on where its files end.
     """
     from slider_drilling.api.rigs import load_rig
+    from slider_drilling.api.with_effect import with_effect
     from slider_drilling.console.streams import progress_stages
     from slider_drilling.investigation.belief_page import belief_page, investigation_json
     from slider_drilling.investigation.loop import InvestigationOptions, investigate
@@ -98,6 +101,8 @@ def command(
     plan = PlanTestOptions(minutes, evaluations=programmes, seed=seed)
     options = InvestigationOptions(rounds, not plan_first, plan, seed)
     rig = load_rig(rig_path)
+    for effect in effects:
+        with_effect(rig, effect)  # refused before anything is written
     source = where if where in (SEALED, ROS) else FOLDER
     folder = Path(where) if source == FOLDER else output
     driven = namespace if drive_rig else None
@@ -105,7 +110,7 @@ def command(
     check_setup(folder, setup)
     sealed = sealed_rig(rig, sealed_effects, size, seed) if source == SEALED else None
     keep_setup(folder, setup)
-    record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait)
+    record = sealed_recorder(sealed) if sealed is not None else _recorder(where, rig_path, effects, driven, wait, seed)
     with progress_stages() as report:
         found = investigate(folder, rig, record, options, units, report)
     if sealed is not None:
@@ -154,13 +159,16 @@ def _check_values(
 
 
 def _recorder(
-    where: str, rig_path: Path, effects: tuple[str, ...], driven: str | None, wait: float
+    where: str, rig_path: Path, effects: tuple[str, ...], driven: str | None, wait: float, seed: int
 ) -> Recorder:
     """Runs a programme on a rig behind topics, or waits until somebody has run it."""
     from slider_drilling.investigation.sealed_source import folder_recorder
 
     if where == "ros":
-        return lambda number, programme, log: run_on_ros(rig_path, programme, log, effects, driven)
+        # The noise of each log is its own.
+        return lambda number, programme, log: run_on_ros(
+            rig_path, programme, log, effects, driven, (seed + number - 1) % _SEEDS
+        )
     if wait <= 0.0:
         return folder_recorder
 
@@ -173,7 +181,9 @@ def _recorder(
     return waiting
 
 
-def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], driven: str | None) -> bool:
+def run_on_ros(
+    rig: Path, programme: Path, log: Path, effects: Sequence[str], driven: str | None, seed: int = 0
+) -> bool:
     """Run a programme in a process of its own, so that a node that fails ends only its run.
 
     Args:
@@ -182,6 +192,7 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         log: Path of its log.
         effects: Of the simulated rig.
         driven: Namespace of the rig to drive; None for the simulator's nodes.
+        seed: Of the simulator's noise.
 
     Raises:
         InputError: The programme did not come to its end.
@@ -196,7 +207,7 @@ def run_on_ros(rig: Path, programme: Path, log: Path, effects: Sequence[str], dr
         call = worker_command("slider_drilling.nodes.rig_session", "main", *files)
     else:
         call = [sys.executable, "-m", "slider_drilling", "run", "--rig", str(rig), "--programme", str(programme),
-                "--record", str(folder), "--json"]  # fmt: skip
+                "--record", str(folder), "--seed", str(seed), "--json"]  # fmt: skip
         call += [part for effect in effects for part in ("--effect", effect)]
     printed, last, code = _run_shown(call)
     logs = sorted(folder.glob("*.mcap")) if folder.is_dir() else []

@@ -24,15 +24,17 @@ def sealed_rig(rig: Rig, effects: tuple[str, ...], size: float, seed: int) -> Se
         seed: Of everything that is drawn.
 
     Raises:
-        InputError: A name is unknown.
+        InputError: A name is unknown or given twice, or two effects are too small.
     """
     names = tuple(CATALOGUE_LAWS)
     for name in effects:
         if name not in names:
             raise InputError(f"sealed effect {name}: unknown; use {', '.join(names)}")
+    if len(set(effects)) < len(effects):
+        raise InputError(f"sealed effect {effects[0]}: given twice; give two different ones, or one")
+    if len(effects) > 1 and size < MIN_SIZE_OF_TWO:
+        raise InputError(f"size {size:g}: two sealed effects need at least {MIN_SIZE_OF_TWO:g} noise floors each")
     chosen = effects or (names[seed % len(names)],)
-    if len(chosen) > 1:
-        size = max(size, MIN_SIZE_OF_TWO)
     return draw_sealed_rig(Case(chosen, size, "own", "steady", seed, ROUTINE_S, plant="foreign"), rig)
 
 

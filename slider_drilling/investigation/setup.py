@@ -24,7 +24,7 @@ class InvestigationSetup:
     Attributes:
         source: `SEALED`, `ROS` or `FOLDER`.
         rig: The rig file.
-        seed: Of sealed rigs, plans and diagnoses.
+        seed: Of sealed and simulated rigs, plans and diagnoses.
         effects: As the options give them, of the sealed or the simulated rig.
         size: Of the effects of a sealed rig, in noise floors; None for another source.
         namespace: Of the rig that is driven; None where none is.
