@@ -213,6 +213,7 @@ def test_sealed_rig_runs_programmes_and_hides_the_truth(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--on", "ROS"], "--on ROS: write ros; give a folder of that name as ./ROS"),
         (["--on", "sealed", "--drive-rig"], "--drive-rig: only with --on ros"),
         (["--on", "sealed", "--sealed-effect", "gremlins"], "gremlins: unknown; use stribeck"),
         (["--on", "sealed", "--size", "0"], "--size 0: must be 0.05 to 50"),

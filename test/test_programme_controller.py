@@ -284,3 +284,10 @@ def test_a_torque_limit_above_the_make_up_torque_is_refused(name: str, of_step: 
         nominal_times(programme, weaker)
     with pytest.raises(LimitError, match=name):
         check_on_rig(limits, weaker)
+
+
+def test_a_torque_limit_above_the_top_drive_is_refused() -> None:
+    most = RIG.top_drive.max_torque
+    nominal_times(Programme((Step(Rest(5.0)),), "test", limits=StepLimits(right_torque=most)), RIG)
+    with pytest.raises(InputError, match=r"limits\.right_torque = .* more than the top drive of the rig file gives"):
+        nominal_times(Programme((Step(Rest(5.0)),), "test", limits=StepLimits(right_torque=1.1 * most)), RIG)

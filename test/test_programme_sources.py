@@ -46,6 +46,11 @@ def test_built_in_programmes_fit_the_example_rig(name: str, rig: sd.Rig) -> None
     assert sum(nominal_times(found.programme, rig, name)) > 200.0
 
 
+def test_mistyped_name_gets_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"comissioning: no such programme; .* one of commissioning, stand"):
+        find_programme("comissioning")
+
+
 @pytest.mark.parametrize("text", re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL))
 def test_programmes_of_the_page_fit_the_example_rig(text: str, rig: sd.Rig) -> None:
     nominal_times(parse_programme(text), rig)

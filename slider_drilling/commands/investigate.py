@@ -135,6 +135,8 @@ def _refuse_ignored(where: str) -> None:
     from slider_drilling.investigation.setup import FOLDER, ROS, SEALED
 
     source = where if where in (SEALED, ROS) else FOLDER
+    if source == FOLDER and where.lower() in (SEALED, ROS):
+        raise InputError(f"--on {where}: write {where.lower()}; give a folder of that name as ./{where}")
     taken = {"sealed_effects": SEALED, "size": SEALED, "effects": ROS, "drive_rig": ROS, "wait": FOLDER}
     for name, flag in given_options().items():
         if taken.get(name, source) != source:

@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.files.output_files import read_text
 from slider_drilling.programmes.programme import Programme, dump_programme, load_programme
@@ -47,6 +48,8 @@ def find_programme(source: str | os.PathLike[str]) -> FoundProgramme:
         InputError: The file cannot be used.
     """
     path = installed_file(BUILT_IN[source]) if isinstance(source, str) and source in BUILT_IN else Path(source)
+    if not path.suffix and not path.exists():
+        raise InputError(f"{path}: no such programme; give the path of a file, or one of {', '.join(BUILT_IN)}")
     if path.suffix.lower() in _TABLES:
         sheet = read_slide_sheet(path)
         return FoundProgramme(sheet.programme, None, sheet.start)

@@ -105,20 +105,26 @@ def check_ranges(limits: StepLimits) -> None:
             raise LimitError(field.name, value, range_.unit, f"must be {ends}")
 
 
-def check_connections(limits: StepLimits, rig: Rig) -> None:
-    """Check that no torque limit is above the make-up torque of the weakest connection, if the rig file gives one.
+def check_torque_limits(limits: StepLimits, rig: Rig) -> None:
+    """Check that the top drive gives no torque limit less, nor a make-up torque of the weakest connection, if known.
 
-    To the left such a torque may open the connection, to the right it makes it up further.
+    To the left a torque above that may open the connection, to the right it makes it up further.
 
     Raises:
-        LimitError: One is.
+        LimitError: One is too large.
     """
-    weakest = rig.string.weakest_make_up_torque
+    weakest, most = rig.string.weakest_make_up_torque, rig.top_drive.max_torque
     for name, what in (("left_torque", "may back off"), ("right_torque", "makes up further")):
         torque = getattr(limits, name)
-        if torque is not None and weakest is not None and torque > weakest:
+        if torque is None:
+            continue
+        if weakest is not None and torque > weakest:
             given = displayed(weakest, "N m")
             reason = sentence(f"{what} the weakest connection of the rig file, made up with ", given, "; give less")
+            raise LimitError(name, torque, "N m", str(reason))
+        if torque > most:
+            given = displayed(most, "N m")
+            reason = sentence("is more than the top drive of the rig file gives; give ", given, " at most")
             raise LimitError(name, torque, "N m", str(reason))
 
 
@@ -128,12 +134,7 @@ def check_on_rig(limits: StepLimits, rig: Rig) -> None:
     Raises:
         LimitError: They do not, or it does not.
     """
-    check_connections(limits, rig)
-    given = displayed(rig.top_drive.max_torque, "N m")
-    for name, torque in (("right_torque", limits.right_torque), ("left_torque", limits.left_torque)):
-        if torque is not None and torque > rig.top_drive.max_torque:
-            reason = sentence("is more than the top drive of the rig file gives; give ", given, " at most")
-            raise LimitError(name, torque, "N m", str(reason))
+    check_torque_limits(limits, rig)
     circulating = rig.circulating_pressure
     if limits.pressure is not None and circulating >= CIRCULATION_SHARE * limits.pressure:
         least = displayed(circulating / CIRCULATION_SHARE, "Pa")

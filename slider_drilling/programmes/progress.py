@@ -72,7 +72,7 @@ class ProgrammeProgress:
             where = f"in step {self.step} of {self.steps} ({self.action})" if self.step else "before the first step"
             return f"aborted {where}: {self.reason}"
         if self.state is ProgrammeState.DONE:
-            return f"all {self.steps} steps done"
+            return "the one step is done" if self.steps == 1 else f"all {self.steps} steps done"
         if self.state is ProgrammeState.TARING:
             return f"taring hook load and pressure before step 1 of {self.steps}"
         stage = f", {self.stage}" if self.stage else ""

@@ -12,7 +12,7 @@ from slider_drilling.programmes.limits import (
     EITHER,
     CompleteLimits,
     LimitError,
-    check_connections,
+    check_torque_limits,
     complete,
 )
 from slider_drilling.programmes.motion import DriveStates
@@ -76,7 +76,7 @@ def _check_rig(programme: Programme, rig: Rig, source: str) -> None:
     given |= {f"steps[{index}].limits": step.limits for index, step in enumerate(programme.steps)}
     for where, limits in given.items():
         try:
-            check_connections(limits, rig)
+            check_torque_limits(limits, rig)
         except LimitError as error:
             raise InputError(f"{source}: {where}.{error.name} = {error.reason}") from None
 
