@@ -293,7 +293,7 @@ def _matches(gap: Gap, stage: str) -> Text:
         return matches
     usual = displayed(TOOL_FACE_TOLERANCE, errors.unit, 2)
     off_by = displayed(off, errors.unit, 2)
-    compared = "within" if off <= TOOL_FACE_TOLERANCE else "hardly more than"
+    compared = "within" if off <= TOOL_FACE_TOLERANCE else "more than"
     steered = (f", {compared} the ", usual, " that drillers steer by")
     return sentence(f"{matches}; the toolface is off by ", off_by, *steered)
 
