@@ -22,7 +22,7 @@ from slider_drilling.diagnosis.sentences import (
     summary,
     technical_summary,
 )
-from slider_drilling.pages import page_html
+from slider_drilling.pages import Chart, page_html
 from slider_drilling.units import FIELD, SI, Sentence
 
 
@@ -44,6 +44,28 @@ def test_fed_back_errors_are_told_from_free_runs():
     assert "E with the measured surface torque fed back " in technical_summary(worn)
     assert "measured surface torque is fed back weakly" in page_html(report_page(worn), SI)
     assert "fed back" not in technical_summary(worn_motor()) and "free simulation" not in says(worn_motor())
+
+
+@pytest.mark.parametrize("verdict", ["none", "parameters", "effect"])
+def test_no_sentence_takes_fed_back_runs_for_free_runs(verdict):
+    fed, free = " while the measured surface torque is fed back", "(5.7 deg in one free simulation of the whole log)"
+    worn = replace(worn_motor(), verdict=verdict, gap=replace(worn_motor().gap, tuned=1.1))
+    assert fed not in says(worn) and free not in says(worn)
+    text = says(replace(worn, fed_back="surface_torque"))
+    assert fed in text
+    assert (free in text) == (verdict != "effect"), "there the free run's errors stand beside those that fall"
+
+
+def test_pictures_and_ranking_of_fed_back_runs_say_so():
+    worn = replace(worn_motor(), fed_back="surface_torque")
+    sections = {section.title: section for section in report_page(worn).sections}
+    size, cause = sections["How large the gap is"].items, sections["Which effect causes it"].items
+    charts = [item for item in (*size, *cause) if isinstance(item, Chart)]
+    assert len(charts) == 2
+    for captioned in (*charts, cause[0]):
+        assert "measured surface torque is fed back" in captioned.caption
+    assert "measured surface torque is fed back" in str(sections["Where the gap lies"].items[0])
+    assert page_html(report_page(worn_motor()), SI).count("fed back") == 0
 
 
 def test_technical_summary_states_effect_and_e():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +19,7 @@ from slider_drilling.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from slider_drilling.diagnosis.result import Diagnosis, RankedEffect
+    from slider_drilling.diagnosis.result import Diagnosis
     from slider_drilling.units import Units
 
 
@@ -158,7 +157,7 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     stdout().print(f"rig file: {source.name} ({source.source})")
     for checked in diagnosis.log_checks:
         print_checks(checked.rows(), units, checked.log.source if len(diagnosis.logs) > 1 else "")
-    _print_ranking(diagnosis.ranking, units)
+    _print_ranking(diagnosis, units)
     _print_whole_runs(diagnosis, units)
     if (allowed := model_error_allowed(diagnosis)) is not None:
         stdout().print(allowed)
@@ -170,11 +169,12 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
         stderr().print(f"note: {units.convert_text(remark)}")
 
 
-def _print_ranking(ranking: Sequence[RankedEffect], units: Units) -> None:
+def _print_ranking(diagnosis: Diagnosis, units: Units) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from slider_drilling.console.streams import stdout
+    from slider_drilling.diagnosis.page import counted
     from slider_drilling.diagnosis.ranking_table import (
         candidate_status_by_number,
         share_cells,
@@ -183,10 +183,11 @@ def _print_ranking(ranking: Sequence[RankedEffect], units: Units) -> None:
     )
     from slider_drilling.units import displayed, sentence
 
-    fitted, others = split_by_fitted(ranking)
+    fitted, others = split_by_fitted(diagnosis.ranking)
     grouped = any(ranked.group for ranked in fitted)
     closes = share_headers(fitted)
     table = Table("effect", "site", *closes, "fitted", *(["indistinguishable from"] if grouped else []), "status")
+    table.title = counted(diagnosis)
     reasons = list(dict.fromkeys(why for ranked in fitted if not ranked.in_answer for why in ranked.why_not))
     for ranked in fitted:
         settings = ", ".join(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from slider_drilling.diagnosis.asked_run import asked_items
@@ -14,6 +15,7 @@ from slider_drilling.diagnosis.sentences import (
     remarks_beside_checks,
     summary,
     technical_summary,
+    while_fed_back,
 )
 from slider_drilling.gap import criteria_table
 from slider_drilling.log.run_page import log_title
@@ -92,6 +94,7 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
         return []
     about = _ABOUT_E if diagnosis.change is None else _ABOUT_E_OF_CHANGE
     stages = waterfall(gap, bool(diagnosis.effects), diagnosis.stage_names)
+    stages = replace(stages, caption=counted(diagnosis, stages.caption))
     items: list[Text | Chart | Table] = [about, *_feedback(diagnosis), stages, _channels(diagnosis, gap)]
     allowed = model_error_allowed(diagnosis)
     if allowed is not None:
@@ -111,6 +114,12 @@ def _feedback(diagnosis: Diagnosis) -> list[Text]:
         f"predictions from the {channel} measured so far. What a simulation does without it is in the table of free "
         "simulations; the tuned rig file has the parameters whose free simulation is best."
     ]
+
+
+def counted(diagnosis: Diagnosis, caption: str = "") -> str:
+    """The caption of E or of shares, with what is fed back in the runs that they count."""
+    clause = while_fed_back(diagnosis)
+    return f"{caption} Counted{clause}.".strip() if clause else caption
 
 
 def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:
@@ -162,7 +171,7 @@ def _where(diagnosis: Diagnosis) -> list[Section]:
         "Shares of E² after calibration. Along the hole: orange stretches need more friction to explain the gap, blue "
         "ones less."
     )
-    return [Section("Where the gap lies", (about, *where_charts(diagnosis.breakdown)))]
+    return [Section("Where the gap lies", (counted(diagnosis, about), *where_charts(diagnosis.breakdown)))]
 
 
 def _which(diagnosis: Diagnosis) -> list[Section]:
@@ -171,12 +180,13 @@ def _which(diagnosis: Diagnosis) -> list[Section]:
     fitted, others = split_by_fitted(diagnosis.ranking)
     closes = share_headers(fitted)
     header = ("effect", "site", *closes, "fitted", "indistinguishable from", "status")
-    items: list[Text | Table | Chart] = [Table(header, tuple(_effect_row(ranked, closes) for ranked in fitted))]
+    rows = tuple(_effect_row(ranked, closes) for ranked in fitted)
+    items: list[Text | Table | Chart] = [Table(header, rows, counted(diagnosis))]
     if others:
         items.append(others)
     figure = intervals(diagnosis.ranking)
     if figure is not None:
-        items.append(figure)
+        items.append(replace(figure, caption=counted(diagnosis, figure.caption)))
     if diagnosis.residual_shape is not None:
         items.append(shape(diagnosis.residual_shape))
     return [Section("Which effect causes it", tuple(items))]

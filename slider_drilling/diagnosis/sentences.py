@@ -19,7 +19,7 @@ from slider_drilling.diagnosis.result import (
 )
 from slider_drilling.gap.results.sentence import VerdictFigures, verdict_sentence
 from slider_drilling.plain_names import plain_name
-from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
+from slider_drilling.units import Quantity, Sentence, Text, displayed, format_number, sentence
 
 _WHOLE = 0.995  # of the gap: by chance a model may leave less than the noise, and close more than the gap
 _MAX_PARAMETERS = 3  # named in a sentence
@@ -39,7 +39,7 @@ def summary(diagnosis: Diagnosis) -> Sentence:
     if diagnosis.verdict == "inconclusive" or gap is None:
         return sentence("This log allows no conclusion about the simulation: ", *_why_inconclusive(diagnosis), ".")
     if diagnosis.verdict == "none":
-        return sentence("The simulation with this rig file ", _matches(gap, "nominal"), ".")
+        return sentence("The simulation with this rig file ", _matches(diagnosis, gap, "nominal"), ".")
     if diagnosis.verdict == "parameters":
         calibrated = f"The simulation only needs calibration{_calibrated(diagnosis)}. "
         return sentence(calibrated, _residual_gap(diagnosis, gap), _masked(diagnosis))
@@ -140,6 +140,12 @@ def closed_in_words(closed: float | None, interval: Interval | None) -> str:
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
 
+def while_fed_back(diagnosis: Diagnosis) -> str:
+    """That a measured channel is fed back in the runs that E and shares count, as a clause; "" for free runs."""
+    fed = diagnosis.fed_back
+    return "" if fed is None else f" while the measured {plain_name(fed)} is fed back"
+
+
 def _effects(diagnosis: Diagnosis, gap: Gap) -> Sentence:
     ranked = [found for name in diagnosis.effects if (found := diagnosis.candidate(name)) is not None]
     clauses = [_phrase(effect) for effect in ranked]
@@ -148,7 +154,7 @@ def _effects(diagnosis: Diagnosis, gap: Gap) -> Sentence:
     if partial:
         text = sentence("The rig behaves as if ", lower_first(text))
     falls = _falls(diagnosis, gap)
-    closes = closed_in_words(gap.closed, gap.closed_interval)
+    closes = closed_in_words(gap.closed, gap.closed_interval) + while_fed_back(diagnosis)
     errors: tuple[Text, ...] = () if falls is None else (falls, " and ")
     text = sentence(text, ". With that in the model, ", *errors, closes, ".")
     return sentence(text, " ", _remainder(diagnosis, gap)) if partial else text
@@ -271,22 +277,24 @@ def _residual_gap(diagnosis: Diagnosis, gap: Gap) -> Text:
     small = None if diagnosis.small_cause is None else diagnosis.candidate(diagnosis.small_cause)
     if small is not None:
         return sentence(
-            f"Calibrated, it leaves {format_number(gap.tuned)} times the noise. ", _phrase(small),
+            f"Calibrated, it leaves {format_number(gap.tuned)} times the noise{while_fed_back(diagnosis)}. ",
+            _phrase(small),
             ": that explains the rest, and is too small to act on.",
         )  # fmt: skip
     if gap.tuned <= gap.threshold:
-        return sentence("Calibrated, it ", _matches(gap, "tuned"), ".")
+        return sentence("Calibrated, it ", _matches(diagnosis, gap, "tuned"), ".")
     return (
-        f"Calibrated, it leaves {format_number(gap.tuned)} times the noise, slightly more than counts as no gap "
-        f"({format_number(gap.threshold)}), and no known effect explains the rest."
+        f"Calibrated, it leaves {format_number(gap.tuned)} times the noise{while_fed_back(diagnosis)}, slightly more "
+        f"than counts as no gap ({format_number(gap.threshold)}), and no known effect explains the rest."
     )
 
 
-def _matches(gap: Gap, stage: str) -> Text:
+def _matches(diagnosis: Diagnosis, gap: Gap, stage: str) -> Text:
     """That no gap is left at a stage; and how far the toolface is off, where that is more than noise."""
     matches = "matches the log within the sensors' noise"
     if _wanders(gap, stage):
         matches += " and what any rig and model are off by"
+    matches += while_fed_back(diagnosis)
     errors, noise = gap.rms.get("tool_face"), gap.noise_floor.get("tool_face")
     off = None if errors is None else getattr(errors, stage)
     if errors is None or noise is None or off is None or off <= _NOISE_ALONE * noise.value:
@@ -295,7 +303,16 @@ def _matches(gap: Gap, stage: str) -> Text:
     off_by = displayed(off, errors.unit, 2)
     compared = "within" if off <= TOOL_FACE_TOLERANCE else "more than"
     steered = (f", {compared} the ", usual, " that drillers steer by")
-    return sentence(f"{matches}; the toolface is off by ", off_by, *steered)
+    return sentence(f"{matches}; the toolface is off by ", off_by, *_free_run_toolface(diagnosis, stage), *steered)
+
+
+def _free_run_toolface(diagnosis: Diagnosis, stage: str) -> tuple[Text | Quantity, ...]:
+    """How far the toolface of one free simulation is off, where E counts runs that are fed back."""
+    errors = diagnosis.whole_run_errors
+    off = None if errors is None else errors.whole.get(stage, {}).get("tool_face")
+    if diagnosis.fed_back is None or off is None:
+        return ()
+    return (" (", displayed(off, "rad", 2), " in one free simulation of the whole log)")
 
 
 def _wanders(gap: Gap, stage: str) -> bool:
