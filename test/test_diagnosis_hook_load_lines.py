@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.hook_load_lines import tool_frequencies
+from slider_drilling.diagnosis.hook_load_lines import sampled_too_slowly, tool_frequencies
 from slider_drilling.gap.model import Channel, LoggedRun
 
 RATE_HZ = 10.0
 
 
-def hook_load(seed, duration, amplitude=0.0, hertz=14.2):
-    time = np.arange(0.0, duration, 1.0 / RATE_HZ)
+def hook_load(seed, duration, amplitude=0.0, hertz=14.2, rate=RATE_HZ):
+    time = np.arange(0.0, duration, 1.0 / rate)
     reading = np.random.default_rng(seed).normal(0.0, 1.0, time.size) + amplitude * np.sin(2.0 * np.pi * hertz * time)
     return LoggedRun("log", time, np.zeros_like(time), (Channel("hook_load", time, reading, "N"),))
 
@@ -26,6 +26,20 @@ def test_line_stands_for_all_its_aliases():
     found = tool_frequencies([hook_load(1, 120.0, amplitude=0.5)])
     assert min(abs(hertz - 14.2) for hertz in found) < 0.01
     assert min(abs(hertz - 5.8) for hertz in found) < 0.01  # folded at half the sampling rate
+
+
+@pytest.mark.parametrize("rate", [5.0, 6.0, 8.0, 12.5])
+def test_aliases_reach_the_fastest_tool(rate):
+    for hertz in (6.3, 14.2, 21.7, 29.1):
+        found = tool_frequencies([hook_load(1, 400.0, amplitude=1.0, hertz=hertz, rate=rate)])
+        assert min(abs(each - hertz) for each in found) < 0.01
+
+
+@pytest.mark.parametrize("rate", [1.0, 3.0, 4.0])
+def test_slower_samples_than_a_tool_vibrates_show_none(rate):
+    runs = [hook_load(1, 600.0, amplitude=1.0, rate=rate)]
+    assert sampled_too_slowly(runs) and tool_frequencies(runs) == ()
+    assert not sampled_too_slowly([hook_load(1, 60.0)])
 
 
 def test_missing_samples_do_not_move_a_line():

@@ -12,7 +12,7 @@ from slider_drilling.diagnosis.catalogue import catalogue, static_aging_with_sli
 from slider_drilling.diagnosis.channel_wander import channel_wander
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString
 from slider_drilling.diagnosis.drilling_programmes import surface_channels
-from slider_drilling.diagnosis.hook_load_lines import tool_frequencies, wave_periods
+from slider_drilling.diagnosis.hook_load_lines import sampled_too_slowly, tool_frequencies, wave_periods
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.rig_values import depth_probes
@@ -74,9 +74,10 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     elif not lines:
         # Without its line the tool is no more than less friction, and its frequency may be any.
         effects = tuple(effect for effect in effects if effect.name != AXIAL_OSCILLATION_TOOL.name)
-        remarks.append(
-            "the spectrum of the hook load shows no line of a vibrating tool: axial_oscillation_tool is not a candidate"
-        )
+        shows = "the spectrum of the hook load shows no line of a vibrating tool"
+        if sampled_too_slowly(runs):
+            shows = "the hook load is sampled too slowly to show a vibrating tool"
+        remarks.append(f"{shows}: axial_oscillation_tool is not a candidate")
     if torque_only:
         remarks.append(
             "the log holds torque alone: the string's stiffness is calibrated, and an error of the sensor's gain shows "

@@ -42,10 +42,10 @@ def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
     """Frequencies, Hz, that an axial oscillation tool may have by the strongest line of the first hook load.
 
     Hook loads are sampled more slowly than such a tool vibrates, so the line may be an alias, and a slow one: all
-    frequencies that it can stand for are returned. Empty if no line is significant.
+    frequencies that it can stand for are returned. Empty if no line is significant, or the log is sampled too slowly.
     """
-    with_hook_load = next((run for run in runs if any(channel.name == "hook_load" for channel in run.channels)), None)
-    if with_hook_load is None:
+    with_hook_load = _first_with_hook_load(runs)
+    if with_hook_load is None or sampled_too_slowly(runs):
         return ()
     frequency, power = _spectrum(with_hook_load, np.blackman)
     if not frequency.size:
@@ -57,8 +57,19 @@ def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
     if line is None:
         return ()
     rate = _sampling_rate(with_hook_load)
-    aliases = {abs(multiple * rate + sign * line) for multiple in range(4) for sign in (-1.0, 1.0)}
+    multiples = range(int(_TOOLS_HZ[1] / rate) + 2)
+    aliases = {abs(multiple * rate + sign * line) for multiple in multiples for sign in (-1.0, 1.0)}
     return tuple(sorted(alias for alias in aliases if _TOOLS_HZ[0] < alias < _TOOLS_HZ[1]))
+
+
+def sampled_too_slowly(runs: Sequence[LoggedRun]) -> bool:
+    """Whether the first hook load has less than a sample a cycle of the slowest tool: its line could be any tool's."""
+    with_hook_load = _first_with_hook_load(runs)
+    return with_hook_load is not None and _sampling_rate(with_hook_load) < 0.99 * _TOOLS_HZ[0]
+
+
+def _first_with_hook_load(runs: Sequence[LoggedRun]) -> LoggedRun | None:
+    return next((run for run in runs if any(channel.name == "hook_load" for channel in run.channels)), None)
 
 
 def _sampling_rate(run: LoggedRun) -> float:
