@@ -253,6 +253,32 @@ def test_no_gap_is_told_as_it_is(tool_face, hook_load, words):
     assert words in says(replace(worn_motor(), verdict="parameters", effects=(), gap=gap))
 
 
+@pytest.mark.parametrize(
+    ("offset", "words"),
+    [
+        (2.3e5, "276 kN more than the rig file explains: its tare leaves the block's weight in, or the string weighs"),
+        (-9e4, "90 kN less than the rig file explains: its tare takes off too much, or the string weighs less"),
+    ],
+)
+def test_weight_of_block_or_string_is_left_open(offset, words):
+    worn = worn_motor()
+    difference = 276e3 if offset > 0.0 else -90e3
+    traces = tuple(
+        replace(trace, measured=trace.simulated["nominal"] + difference) for trace in worn.traces
+        if trace.channel == "hook_load"
+    )  # fmt: skip
+    tuned = {
+        "string_weight": FittedParameter(1.06, "-", 1.0, (1.01, 1.1)),
+        "hook_load_offset": FittedParameter(offset, "N", 0.0, (offset - 4e4, offset + 4e4)),
+    }
+    read = replace(worn, verdict="parameters", effects=(), tuned_parameters=tuned, traces=traces)
+    assert words in says(read) and "weigh the block" in says(read)
+    assert "string weight is" not in says(read), "which of the two it is cannot be known"
+    usual = tuned | {"hook_load_offset": FittedParameter(1e4, "N", 0.0)}
+    assert "string weight is 1.06 times" in says(replace(read, tuned_parameters=usual))
+    assert "tare" not in says(replace(read, tuned_parameters=usual))
+
+
 def test_small_cause_explains_the_rest():
     diagnosis = worn_motor()
     gap = replace(diagnosis.gap, tuned=1.3, with_effect=None, closed=None, closed_interval=None)

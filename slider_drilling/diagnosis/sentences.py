@@ -7,6 +7,7 @@ import math
 from slider_drilling.diagnosis.change_sentences import change_summary, change_technical_summary
 from slider_drilling.diagnosis.describe_curve import describe_curve
 from slider_drilling.diagnosis.effect_phrases import SITES, effect_phrase
+from slider_drilling.diagnosis.hook_load_excess import SHARES_OF_EXCESS, hook_load_excess
 from slider_drilling.diagnosis.replay import TOOL_FACE_TOLERANCE
 from slider_drilling.diagnosis.result import (
     ChannelErrors,
@@ -31,13 +32,20 @@ _LOCATED = ("cuttings_bed",)  # named with its place, however uncertain
 
 
 def summary(diagnosis: Diagnosis) -> Sentence:
-    """The answer in a driller's words, one to three sentences."""
+    """The answer in a driller's words, a few sentences."""
     gap = diagnosis.gap
     if diagnosis.change is not None:
         ranked = [found for name in diagnosis.effects if (found := diagnosis.candidate(name)) is not None]
         return change_summary(diagnosis, _phrase(ranked[0]) if ranked else "")
     if diagnosis.verdict == "inconclusive" or gap is None:
         return sentence("This log allows no conclusion about the simulation: ", *_why_inconclusive(diagnosis), ".")
+    excess = hook_load_excess(diagnosis)
+    answer = _answer(diagnosis, gap)
+    return answer if excess is None else sentence(answer, " ", excess)
+
+
+def _answer(diagnosis: Diagnosis, gap: Gap) -> Sentence:
+    """The verdict in a driller's words."""
     if diagnosis.verdict == "none":
         return sentence("The simulation with this rig file ", _matches(diagnosis, gap, "nominal"), ".")
     if diagnosis.verdict == "parameters":
@@ -244,10 +252,15 @@ def _free_run_falls(diagnosis: Diagnosis, name: str, unit: str) -> Text:
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:
-    """The multiples of the rig file's values that changed most; those that may still be 1 are left out."""
+    """The multiples of the rig file's values that changed most; those that may still be 1 are left out.
+
+    So are those that may not be what the hook load holds beyond the rig file.
+    """
+    doubtful = () if hook_load_excess(diagnosis) is None else SHARES_OF_EXCESS
     changed = {
         name: fitted.value for name, fitted in diagnosis.tuned_parameters.items()
-        if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name and abs(fitted.value - 1.0) > _MIN_CHANGE
+        if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name
+        and name not in doubtful and abs(fitted.value - 1.0) > _MIN_CHANGE
         and not (fitted.interval is not None and fitted.interval[0] <= 1.0 <= fitted.interval[1])
     }  # fmt: skip
     most = sorted(changed, key=lambda name: -abs(changed[name] - 1.0))[:_MAX_PARAMETERS]
