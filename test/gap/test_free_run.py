@@ -54,21 +54,26 @@ class Swing:
         return replace(self, runs=(cut,))
 
 
-def searched(gain: float, effects: tuple[Effect, ...] = (SWING,), rate: float = 1.0, size: float = 0.5):
+def searched(
+    gain: float, effects: tuple[Effect, ...] = (SWING,), rate: float = 1.0, size: float = 0.5,
+    nuisance: tuple[Parameter, ...] = (RATE,), interrupted: bool = False,
+):  # fmt: skip
     """What a search knows that ended at a rate and a size, scored with feedback of this gain. True are 1.7 and 5."""
     measured = 5.0 * np.sin(1.7 * TIME) + np.random.default_rng(1).normal(0.0, 0.1, TIME.size)
-    model = Swing((LoggedRun("swing", TIME, np.sin(TIME), (Channel("torque", TIME, measured, "N"),)),))
+    run = LoggedRun("swing", TIME, np.sin(TIME), (Channel("torque", TIME, measured, "N"),))
+    model = Swing((run,), nuisance)
     problem = build_problem(model, [{"torque": 0.1}], SimulationOptions(0, gain))
 
     def fitted(named):
-        values = {"rate": rate} | ({"swing.size": size} if named else {})
+        values = {"rate": rate} | ({"swing.size": size} if named or nuisance != (RATE,) else {})
         parameters = parameters_of(problem, named)
         return cross_validate(problem, fit(problem, parameters, values, iterations=0), named, make_folds(problem))
 
     free = problem.with_options(SimulationOptions())
     floors = [{"torque": NoiseFloor(0.1, "declared", 0.1, None)}]
     return SimpleNamespace(
-        calibrated=fitted(()), current=fitted(effects), modes=(free, problem), floors=floors, interrupted=False
+        calibrated=fitted(()), current=fitted(effects), modes=(free, problem), floors=floors,
+        interrupted=interrupted,
     )
 
 
@@ -94,6 +99,14 @@ def test_worse_free_run_is_not_written():
     assert models.best is models.calibrated
     better = FreeRunModels(models.calibrated, models.final, (3.0, 2.0, 1.0), False)
     assert better.best is models.final
+
+
+def test_interrupted_search_writes_no_worse_free_run_than_as_given():
+    """What was scored with feedback may be worse in a free run than the model as given."""
+    state = searched(0.3, (), 2.6, 5.0, (RATE, *SWING.parameters), interrupted=True)
+    models = best_free_runs(state)
+    assert models.best.fit.values == {"rate": 1.0, "swing.size": 0.0}
+    assert models.gaps[2] == models.gaps[1] == models.gaps[0] and not models.refitted
 
 
 @pytest.mark.parametrize(("final", "enough"), [(2.97, False), (1.0, True)])

@@ -79,26 +79,29 @@ def best_free_runs(state: SearchState) -> FreeRunModels:
 
     Models that were scored in the free run are kept. Those that were scored with feedback are fitted again:
     calibration is then no worse than the model as given, and the final model no worse than calibration. Where the free
-    run keeps its phase to the end, or the model cannot be cut off, no fit to growing parts is made.
+    run keeps its phase to the end, the model cannot be cut off, or the search was interrupted, no fit to growing parts
+    is made.
     """
     exact = _free_problem(state, 1.0, fit_fidelity(state.current.problem.model))
     given = {parameter.name: parameter.nominal for parameter in state.calibrated.fit.parameters}
-    refits = state.current.problem.options.observer_gain > 0.0 and not state.interrupted
+    fed_back = state.current.problem.options.observer_gain > 0.0
     calibrated, final = state.calibrated, state.current
-    if refits:
+    if fed_back:
         calibrated = _refitted(state, exact, calibrated, given)
         final = calibrated
-    if refits and state.current.effects:
+    if fed_back and state.current.effects:
         neutral = {p.name: p.nominal for effect in state.current.effects for p in effect.parameters}
         final = _refitted(state, exact, state.current, calibrated.fit.values | neutral)
     given_gap, calibrated_gap, final_gap = _rms(exact, [given, calibrated.fit.values, final.fit.values])
-    return FreeRunModels(calibrated, final, (float(given_gap), float(calibrated_gap), float(final_gap)), refits)
+    gaps = (float(given_gap), float(calibrated_gap), float(final_gap))
+    return FreeRunModels(calibrated, final, gaps, fed_back and not state.interrupted)
 
 
 def _refitted(state: SearchState, exact: Problem, model: FittedModel, simpler: Values) -> FittedModel:
     """The model with the values whose free run is best: its own, those of a simpler model, or fitted again."""
     candidates = [dict(model.fit.values), dict(simpler)]
-    if isinstance(model.problem.model, CanTruncate) and not _keeps_its_phase(exact, model.fit.values):
+    grows = isinstance(model.problem.model, CanTruncate) and not state.interrupted
+    if grows and not _keeps_its_phase(exact, model.fit.values):
         candidates += _grow(state, model, candidates)
     gaps = _rms(exact, candidates)
     best = candidates[int(np.argmin(np.where(np.isfinite(gaps), gaps, np.inf)))]
