@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from slider_drilling.diagnosis.catalogue import catalogue, to_user
-from slider_drilling.effects import Effects
+from slider_drilling.effects import EFFECTS, Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
 from slider_drilling.schema.fields import Range
@@ -39,6 +39,15 @@ def test_effects_page_states_unit_default_and_range(repository):
     assert stated == in_the_program()
     for effect in dataclasses.fields(Effects):
         assert re.search(rf"^\* `{effect.name}`: ", page, re.MULTILINE), effect.name
+
+
+def test_effects_page_states_the_smallest_change_with_a_name(repository):
+    page = (repository / "docs" / "reference" / "effects.md").read_text()
+    stated = re.findall(r"^\| `(\w+\.\w+)` \| ([^|]+) \| ([^|]+) \|$", page, re.MULTILINE)
+    assert stated == [
+        (f"{name}.{key}", in_the_program()[f"{name}.{key}"][0], f"{size:.3g}")
+        for name, effect in EFFECTS.items() for key, size in effect.sizes.material.items()
+    ]  # fmt: skip
 
 
 def test_effects_block_of_the_page_is_valid(repository):
