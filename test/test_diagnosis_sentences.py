@@ -63,7 +63,7 @@ def test_pictures_and_ranking_of_fed_back_runs_say_so():
     charts = [item for item in (*size, *cause) if isinstance(item, Chart)]
     assert len(charts) == 2
     for captioned in (*charts, cause[0]):
-        assert "measured surface torque is fed back" in captioned.caption
+        assert "measured surface torque is fed back" in str(captioned.caption)
     assert "measured surface torque is fed back" in str(sections["Where the gap lies"].items[0])
     assert page_html(report_page(worn_motor()), SI).count("fed back") == 0
 

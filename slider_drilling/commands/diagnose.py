@@ -187,7 +187,7 @@ def _print_ranking(diagnosis: Diagnosis, units: Units) -> None:
     grouped = any(ranked.group for ranked in fitted)
     closes = share_headers(fitted)
     table = Table("effect", "site", *closes, "fitted", *(["indistinguishable from"] if grouped else []), "status")
-    table.title = counted(diagnosis)
+    table.title = str(counted(diagnosis))
     reasons = list(dict.fromkeys(why for ranked in fitted if not ranked.in_answer for why in ranked.why_not))
     for ranked in fitted:
         settings = ", ".join(

@@ -116,10 +116,12 @@ def _feedback(diagnosis: Diagnosis) -> list[Text]:
     ]
 
 
-def counted(diagnosis: Diagnosis, caption: str = "") -> str:
+def counted(diagnosis: Diagnosis, caption: Text = "") -> Text:
     """The caption of E or of shares, with what is fed back in the runs that they count."""
     clause = while_fed_back(diagnosis)
-    return f"{caption} Counted{clause}.".strip() if clause else caption
+    if not clause:
+        return caption
+    return sentence(caption, f" Counted{clause}.") if caption else f"Counted{clause}."
 
 
 def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:
