@@ -17,7 +17,7 @@ from slider_drilling.diagnosis import change_answer, change_search
 from slider_drilling.diagnosis.baseline import fit_baseline
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.change_answer import ChangedParameter
-from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, found_by_calibration, only_wandered
+from slider_drilling.diagnosis.change_search import TriedChange, changed_beside, only_wandered
 from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import diagnose_change
@@ -295,33 +295,6 @@ def _calibrated(**deviations):
     parameters = [Parameter(name, nominal.get(name, 1.0), -2.0, 3.0, 0.05, spread=0.02) for name in names]
     values = {each.name: each.nominal + 0.02 * deviations.get(each.name, 0.0) for each in parameters}
     return SimpleNamespace(parameters=parameters, values=values)
-
-
-@pytest.mark.parametrize(("deviations", "found"), [
-    ({"motor_gain": -5.5}, {"motor_wear"}), ({"motor_gain": -5.5, "friction_1": 2.9}, {"motor_wear"}),
-    ({"motor_gain": -4.9}, set()), ({"motor_gain": 5.5}, set()), ({"motor_gain": -5.5, "friction_1": 3.1}, set()),
-    ({"motor_gain": -5.5, "torque_offset": 5.5}, set()), ({"torque_offset": 9.0}, set()),
-    ({"pressure_gain": -6.0}, {"washout"}), ({"pressure_gain": 6.0}, {"plugged_nozzle"}), ({}, set()),
-    ({"friction_1": 6.0}, set()), ({"friction_1": 6.0, "friction_2": 3.5}, {"friction_change"}),
-    ({"friction_1": 6.0, "friction_2": -6.0}, set()),
-])  # fmt: skip
-def test_one_number_far_beyond_its_wander_is_the_change(deviations, found):
-    assert found_by_calibration(_calibrated(**deviations)) == found
-
-
-@pytest.mark.parametrize(("motor_gain", "spread"), [(-5.5, 1.0), (-4.9, change_answer.SPREAD_OF_ANSWERS)])
-def test_what_calibration_has_found_needs_no_wider_interval(monkeypatch, motor_gain, spread):
-    """Calibration explains the difference, too: by this one number, or near what numbers wander."""
-    asked = []
-    monkeypatch.setattr(change_answer, "differs_from_none", lambda tried, spread: asked.append(spread) or True)
-    for name in ("usual_gap", "largest_gap"):
-        monkeypatch.setattr(change_answer, name, lambda problem, residual: residual)
-    monkeypatch.setattr(change_answer, "is_physical_and_material", lambda tried: True)
-    calibrated = SimpleNamespace(residual=1.0, **vars(_calibrated(motor_gain=motor_gain)))
-    search = SimpleNamespace(problem=None, unchanged=SimpleNamespace(residual=3.0), calibrated=calibrated)
-    effect = SimpleNamespace(name="motor_wear", parameters=(), is_physical=lambda values: True)
-    tried = SimpleNamespace(effect=effect, fit=SimpleNamespace(values={}), gain=90.0, gap=1.0)
-    assert change_answer.why_unsupported(tried, search) == "" and asked == [spread]
 
 
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])

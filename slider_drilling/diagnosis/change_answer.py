@@ -13,7 +13,6 @@ from slider_drilling.diagnosis.change_search import (
     ChangeSearch,
     TriedChange,
     changed_beside,
-    found_by_calibration,
     only_wandered,
 )
 from slider_drilling.diagnosis.changed_string import ChangedString
@@ -189,21 +188,15 @@ def why_unsupported(tried: TriedChange, search: ChangeSearch) -> str:
     beside = changed_beside(tried, search.calibrated)
     if beside:
         return f"explains the difference only if {plain_name(beside)} has changed too"
-    may_be_none = calibration_is_enough and tried.effect.name not in found_by_calibration(search.calibrated)
-    if not differs_from_none(tried, SPREAD_OF_ANSWERS if may_be_none else 1.0):
+    if not differs_from_none(tried):
         return "its size is not significantly different from none"
     return ""
 
 
-def differs_from_none(tried: TriedChange, spread: float = 1.0) -> bool:
-    """Whether the 95 % interval of a candidate's amplitude leaves out none, whatever else is unknown beside it.
-
-    Args:
-        tried: The candidate.
-        spread: How many times as wide as the fit's own the interval is.
-    """
+def differs_from_none(tried: TriedChange) -> bool:
+    """Whether the 95 % interval of a candidate's amplitude, as an answer shows it, leaves out none."""
     deviations = deviations_from_none(tried.problem, tried.fit, tried.effect.parameters[0].name)
-    return deviations > spread * TWO_SIDED_95
+    return deviations > SPREAD_OF_ANSWERS * TWO_SIDED_95
 
 
 def _explains_another_channel(tried: TriedChange, search: ChangeSearch) -> bool:

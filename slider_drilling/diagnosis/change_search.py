@@ -28,7 +28,6 @@ _MOVED = 2.5  # standard deviations of what a number may wander, from which its 
 # Standard deviations of what a calibrated number wanders, beyond which a candidate needs a second change beside it; and
 # the share of its gain that a candidate keeps within them, if it needs none.
 _WANDERED, _KEPT = 3.0, 0.8
-_CHANGED = 5.0  # the same of a number that has changed for certain, while all others have only wandered
 
 
 @dataclass(frozen=True)
@@ -158,28 +157,6 @@ def only_wandered(calibrated: Fit) -> bool:
     """Whether no calibrated number is farther from the baseline than it wanders."""
     shared = _shared(calibrated)
     return all(abs(calibrated.values[each.name] - each.nominal) <= _WANDERED * each.spread for each in shared)
-
-
-def found_by_calibration(calibrated: Fit) -> set[str]:
-    """Changes of the rig's numbers that calibration alone has found: a number far off, and no other beyond its wander.
-
-    One number, or all that a change multiplies together, the farthest of them beyond five standard deviations.
-    """
-    shared = _shared(calibrated)
-    moved = {each.name: calibrated.values[each.name] - each.nominal for each in shared}
-    far = [each for each in shared if abs(moved[each.name]) > _WANDERED * each.spread]
-    if all(abs(moved[each.name]) <= _CHANGED * each.spread for each in far):
-        return set()
-    # Of a zero there is no share.
-    shares = {each.name: moved[each.name] / each.nominal if each.nominal else math.nan for each in far}
-    if len(set(np.sign(list(shares.values())))) > 1:
-        return set()
-    share = next(iter(shares.values()))
-    stands_for = {each.name: set(changes_of_number(each.name, share)) for each in shared}
-    return {
-        name for name in set.intersection(*(stands_for[own] for own in shares))
-        if all(own in shares for own, names in stands_for.items() if name in names)
-    }  # fmt: skip
 
 
 def changed_beside(tried: TriedChange, calibrated: Fit) -> str:
