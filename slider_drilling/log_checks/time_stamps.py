@@ -111,7 +111,7 @@ def _slow(time: Array, declared: float) -> str | None:
     if rate >= _MIN_RATE * declared:
         return None
     return (
-        f"{rate:.3g} samples per second, but the rig file's sensors.rate is {declared:g} Hz; faster changes are not "
+        f"sampled at {rate:.3g} Hz, but the rig file's sensors.rate is {declared:g} Hz; faster changes are not "
         "in the log"
     )
 

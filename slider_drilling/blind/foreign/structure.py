@@ -1,7 +1,7 @@
 """The structure of a foreign plant: small differences from our model that no effect of the catalogue is.
 
-Every range has a source. A plant draws all of them at once, whatever effect it carries, so that a diagnosis is never
-tried on a plant of its own kind.
+A plant draws all of them at once, whatever effect it carries, so that a diagnosis is never tried on a plant of its own
+kind. `draw_structure` says which ranges have a source, and which are assumed.
 """
 
 from __future__ import annotations
@@ -93,7 +93,9 @@ def draw_structure(generator: np.random.Generator) -> Structure:
     (adjusted weights 4 to 12 % above plain ends, of which a tally keeps most) and API 5DP (joint 1.2 to 1.3 times the
     pipe's diameter, in contact over a part of the load); dead line and sheaves, Luke and Juvkam-Wold, SPE Drilling
     Engineering 8 (1993): 1 to 3 % of the load; hook load and torque transducers, 0.5 to 2 % (Cayeux et al., SPE 163492,
-    2013); pressure and temperature of mud, Bourgoyne et al., Applied Drilling Engineering (1986).
+    2013); pressure and temperature of mud, Bourgoyne et al., Applied Drilling Engineering (1986). Assumed, for want of
+    a published range: added mass, slow changes, lag, droop, ripple and encoder (10 to 14 bits) of the drive, filter,
+    hold and stamps of readings, and ripple of the pumps.
 
     Args:
         generator: source of randomness.
