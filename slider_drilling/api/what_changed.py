@@ -94,7 +94,7 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
         )
     if first is not None:
         windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
-        return Since(first.since, first.interval, True, windows.begins, seen_in), windows
+        return Since(first.since, first.interval, True, windows.before[0], seen_in), windows
     advice = f"{not_compared}, or" if not_compared else "no change detected; give"
     raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
 
@@ -135,11 +135,13 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
         since, windows = find_since(log, rig, progress)
     else:
         windows = windows_at(log, request.since)
-        since = Since(request.since, log_start=windows.begins)
-    before, after = cut_time_window(log, *windows.before), cut_time_window(log, windows.begins, log.end)
+        since = Since(request.since, log_start=windows.before[0])
+    begin, end = windows.before
+    before, after = cut_time_window(log, begin, end), cut_time_window(log, begin, log.end)
+    whole = begin == 0.0
     return diagnose_change(
         [before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress,
-        whole=(windows.before[0] == 0.0, windows.begins == 0.0), onset=windows.onset_from(windows.begins),
+        whole=(whole, whole), onset=windows.onset_from(begin),
     )  # fmt: skip
 
 

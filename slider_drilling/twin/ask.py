@@ -22,7 +22,6 @@ _MARGIN_S, _MARGIN_SHARE = 10.0, 0.4
 _LEAST_BEFORE_S = 300.0  # of samples, that the share leaves where the change began later
 _MIN_AFTER_S = 40.0
 _LONGEST_AFTER_S = 600.0  # of samples since a change whose time is not well known
-_DATED_BEFORE_S = 300.0  # of samples from before a change, that date it
 
 
 @dataclass(frozen=True)
@@ -71,13 +70,8 @@ class Windows:
     before: tuple[float, float]
     after: float
 
-    @property
-    def begins(self) -> float:
-        """s, from which on the later samples are given: those from before the change date it."""
-        return max(self.before[1] - _DATED_BEFORE_S, self.before[0])
-
     def onset_from(self, begins: float) -> Onset:
-        """When the change began in a log whose own time is 0 at a time, s."""
+        """When the change began in later samples whose own time is 0 at a time, s: those from before it date it."""
         return Onset(self.before[1], self.after).after(begins)
 
     def shortage(self, now: float) -> str:

@@ -171,7 +171,7 @@ class Diagnoser:
             baseline, end = None, windows.before[1]
         self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
-        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.begins, now)
+        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.before[0], now)
         begins = later.start_ns * 1e-9
         onset = None if detection is None else windows.onset_from(begins)
         self._put(_Open(now, number), before, later, self._since(detection, begins), onset)
