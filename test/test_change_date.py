@@ -81,7 +81,7 @@ def slide(tmp_path_factory):
 
 def _diagnosed(slide, since, only):
     log, baseline = slide
-    onset = Onset(200.0, 290.0).after(60.0)
+    onset = Onset(200.0, 290.0).relative_to(60.0)
     later = cut_time_window(log, 60.0, 330.0)
     return diagnose_change(baseline, [later], short_rig(), since=since, onset=onset, whole=(True, False), only=only)
 
@@ -92,7 +92,7 @@ def test_named_change_dates_itself_in_the_time_of_the_users_log(slide):
     low, high = found.change.since_interval
     assert low <= 240.0 <= high and high - low <= 20.0 and found.change.since == pytest.approx(240.0, abs=5.0)
     assert f"since {found.change.since:.0f} s" in str(summary(found)) and to_json(found)["change"]["dated"]
-    assert found.change.log_start == 60.0 + Onset(200.0, 290.0).after(60.0).simulated_from
+    assert found.change.log_start == 60.0 + Onset(200.0, 290.0).relative_to(60.0).simulated_from
 
 
 def test_name_that_does_not_rise_is_refused(slide, monkeypatch):

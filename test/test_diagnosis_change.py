@@ -288,15 +288,6 @@ def test_both_shapes_are_tried_of_candidates_of_the_right_sign():
     assert change_search.worth_both_shapes(candidates) == ["washout", "friction_change"]
 
 
-def _calibrated(**deviations):
-    """Calibrated numbers, by how many standard deviations each has moved."""
-    names = ("friction_1", "friction_2", "motor_gain", "pressure_gain", "torque_offset")
-    nominal = {"torque_offset": 0.0}
-    parameters = [Parameter(name, nominal.get(name, 1.0), -2.0, 3.0, 0.05, spread=0.02) for name in names]
-    values = {each.name: each.nominal + 0.02 * deviations.get(each.name, 0.0) for each in parameters}
-    return SimpleNamespace(parameters=parameters, values=values)
-
-
 @pytest.mark.parametrize(("moved", "wandered"), [(1.05, True), (1.07, False)])
 def test_numbers_within_their_wander_are_no_change(moved, wandered):
     assert only_wandered(_fitted(friction_1=moved)) == wandered

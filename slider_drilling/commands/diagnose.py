@@ -174,13 +174,13 @@ def _print_ranking(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.diagnosis.page import counted
     from slider_drilling.diagnosis.ranking_table import (
         candidate_status_by_number,
         share_cells,
         share_headers,
         split_by_fitted,
     )
+    from slider_drilling.diagnosis.sentences import counted
     from slider_drilling.units import displayed, sentence
 
     fitted, others = split_by_fitted(diagnosis.ranking)

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import SEED, given_options, json_option, units_option_with, write_and_print
+from slider_drilling.commands.options import (
+    SEED,
+    SEEDS,
+    given_options,
+    json_option,
+    units_option_with,
+    write_and_print,
+)
 from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 if TYPE_CHECKING:
@@ -32,7 +39,6 @@ Examples:
   slider-drilling investigate --rig rig.yaml --on ros --effect static_aging -o investigation
 """
 _POLL_S = 2.0
-_SEEDS = 2**31
 
 
 @click.command(epilog=EXAMPLES)
@@ -169,7 +175,7 @@ def _recorder(
     if where == "ros":
         # The noise of each log is its own.
         return lambda number, programme, log: run_on_ros(
-            rig_path, programme, log, effects, driven, (seed + number - 1) % _SEEDS
+            rig_path, programme, log, effects, driven, (seed + number - 1) % SEEDS
         )
     if wait <= 0.0:
         return folder_recorder

@@ -42,7 +42,8 @@ def json_option_with(help_text: str) -> Callable[[Any], Any]:
 
 
 json_option = json_option_with("Print JSON on stdout: SI units, rad.")
-SEED = click.IntRange(0, 2**31 - 1)
+SEEDS = 2**31
+SEED = click.IntRange(0, SEEDS - 1)
 
 
 def _units(context: click.Context, option: click.Parameter, value: str) -> Units:

@@ -53,9 +53,8 @@ def apply_changes(
 
     nominal_path = "" if rig_path is None else str(rig_path)
     rig = load_rig(rig_path)
-    pairs = dict(_pair(text) for text in sets)
-    keys = {name: value for name, value in pairs.items() if "." in name}
-    texts = {name: value for name, value in pairs.items() if "." not in name}
+    texts = controller_settings(sets)
+    keys = {name: value for name, value in map(_pair, sets) if name not in texts}
     if keys:
         rig = rig.with_({name: _value(value) for name, value in keys.items()})
         nominal_path = _write(rig, folder / "rig.set.yaml")
@@ -65,6 +64,11 @@ def apply_changes(
         plant = with_effect(plant, effect)
     path = _write(plant, folder / "rig.plant.yaml") if effects else ""
     return ModifiedRig(nominal_path, path, settings, f"effects: {'; '.join(effects)}" if effects else "")
+
+
+def controller_settings(sets: Sequence[str]) -> dict[str, str]:
+    """The settings of the controller among ``KEY=VALUE``. Raises InputError for a text that is neither."""
+    return {name: value for name, value in map(_pair, sets) if "." not in name}
 
 
 def _pair(text: str) -> tuple[str, str]:

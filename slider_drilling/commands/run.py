@@ -85,9 +85,11 @@ def command(
     """
     if programme is not None and not (controller is None and target is None):
         raise InputError("--programme: cannot be used with --controller or --target; it gives both")
-    settings = [text for text in sets if "." not in text.partition("=")[0]]
-    if programme is not None and settings:
-        raise InputError(f"--set {settings[0]}: a programme has no settings; keys of the rig file have a dot")
+    from slider_drilling.commands.overrides import apply_changes, controller_settings
+
+    if programme is not None and (settings := controller_settings(sets)):
+        name, value = next(iter(settings.items()))
+        raise InputError(f"--set {name}={value}: a programme has no settings; keys of the rig file have a dot")
     if duration is None:
         duration = 0.0 if live or programme is not None else 300.0
     elif not 0.0 < duration <= 1e7:
@@ -98,7 +100,6 @@ def command(
     environment.prepare()
     _take_free_domain()
     from slider_drilling.api.rigs import load_rig
-    from slider_drilling.commands.overrides import apply_changes
     from slider_drilling.commands.programme_file import prepare_programme
     from slider_drilling.control.tool_face_target import target_in_rad
     from slider_drilling.live.server import Address

@@ -46,10 +46,10 @@ class ChangeDate:
     since: float
     interval: tuple[float, float]
 
-    def in_log_from(self, begin: float) -> ChangeDate:
-        """The same in a log in which this one begins at a time, s."""
+    def shifted(self, later: float) -> ChangeDate:
+        """The same, so many s later: in a log in which this one begins then."""
         low, high = self.interval
-        return ChangeDate(self.since + begin, (low + begin, high + begin))
+        return ChangeDate(self.since + later, (low + later, high + later))
 
     def says_more_than(self, interval: tuple[float, float] | None) -> bool:
         """Whether it is narrower than another interval (s) that it agrees with. One that it contradicts is wrong: what

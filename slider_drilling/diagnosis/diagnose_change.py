@@ -13,7 +13,7 @@ from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
 from slider_drilling.diagnosis.change_date import ChangeDate, Rise, rise_of_change
 from slider_drilling.diagnosis.change_result import change_diagnosis
-from slider_drilling.diagnosis.change_search import ChangeSearch, TriedChange, search_change
+from slider_drilling.diagnosis.change_search import ChangeSearch, search_change
 from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.onset import Onset, Since
@@ -122,7 +122,7 @@ def _compared_part(after: Sequence[RigLog], rig: Rig, onset: Onset | None) -> _P
     if begin < onset.changed_from and not is_calm(log, rig, begin, onset.changed_from):
         begin = onset.changed_from
     part = [cut_time_window(log, begin, log.end)]
-    return _Part(part, begin, onset.after(begin) if begin < onset.changed_from else None)
+    return _Part(part, begin, onset.relative_to(begin) if begin < onset.changed_from else None)
 
 
 def _later_string(logs: Sequence[RigLog], rig: Rig, baseline: Baseline, whole: bool) -> _LaterString:
@@ -139,24 +139,22 @@ def _answer_that_rises(
     search: ChangeSearch, baseline: Baseline, seed: int, log: RigLog, rig: Rig, onset: Onset | None
 ) -> tuple[ChangeAnswer, Rise | None]:
     """The answer, and how the change that it names rises over the later log; None without a name or an onset."""
-    not_rising: dict[str, str] = {}
-    while True:
-        answer = answer_from(search, baseline, seed, not_rising)
-        if answer.named is None or onset is None:
-            return answer, None
-        rise = _rise_in_log(log, rig, baseline, answer.named, onset)
-        if rise is None or rise.shows:
-            return answer, rise
-        not_rising[answer.named.effect.name] = _NO_RISE
-
-
-def _rise_in_log(log: RigLog, rig: Rig, baseline: Baseline, named: TriedChange, onset: Onset) -> Rise | None:
-    """How a named change rises over a later log, in its time; None where it does not show."""
+    answer = answer_from(search, baseline, seed)
+    if answer.named is None or onset is None:
+        return answer, None
     calm = from_calm_start(log, rig)
     begin = 1e-9 * (calm.start_ns - log.start_ns)
     string = _later_string([calm], rig, baseline, whole=False).string
-    found = rise_of_change(string, baseline, named, onset.after(begin))
-    return None if found is None else replace(found, begins=found.begins.in_log_from(begin))
+    not_rising: dict[str, str] = {}
+    while answer.named is not None:
+        rise = rise_of_change(string, baseline, answer.named, onset.relative_to(begin))
+        if rise is None:
+            return answer, None
+        if rise.shows:
+            return answer, replace(rise, begins=rise.begins.shifted(begin))
+        not_rising[answer.named.effect.name] = _NO_RISE
+        answer = answer_from(search, baseline, seed, not_rising)
+    return answer, None
 
 
 def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
@@ -197,5 +195,5 @@ def _dated(rise: Rise | None, since: Since) -> ChangeDate | None:
     """When the named change began, where its rise says more of that than detection; s of the user's log."""
     if rise is None or rise.date is None:
         return None
-    dated = rise.date.in_log_from(since.log_start)
+    dated = rise.date.shifted(since.log_start)
     return dated if dated.says_more_than(since.interval) else None

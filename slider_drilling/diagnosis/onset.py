@@ -39,7 +39,7 @@ class Onset:
         """
         return max(self.unchanged_until - LEAD_S, 0.0) if self.known else self.changed_from
 
-    def after(self, begin: float) -> Onset:
+    def relative_to(self, begin: float) -> Onset:
         """The same in a log that begins at a time of this one, s."""
         return Onset(self.unchanged_until - begin, self.changed_from - begin)
 

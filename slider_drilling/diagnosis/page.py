@@ -10,12 +10,12 @@ from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfal
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
+    counted,
     model_error_allowed,
     prediction_horizon,
     remarks_beside_checks,
     summary,
     technical_summary,
-    while_fed_back,
 )
 from slider_drilling.gap import criteria_table
 from slider_drilling.log.run_page import log_title
@@ -114,14 +114,6 @@ def _feedback(diagnosis: Diagnosis) -> list[Text]:
         f"predictions from the {channel} measured so far. What a simulation does without it is in the table of free "
         "simulations; the tuned rig file has the parameters whose free simulation is best."
     ]
-
-
-def counted(diagnosis: Diagnosis, caption: Text = "") -> Text:
-    """The caption of E or of shares, with what is fed back in the runs that they count."""
-    clause = while_fed_back(diagnosis)
-    if not clause:
-        return caption
-    return sentence(caption, f" Counted{clause}.") if caption else f"Counted{clause}."
 
 
 def _channels(diagnosis: Diagnosis, gap: Gap) -> Table:

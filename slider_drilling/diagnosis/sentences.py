@@ -154,6 +154,14 @@ def while_fed_back(diagnosis: Diagnosis) -> str:
     return "" if fed is None else f" while the measured {plain_name(fed)} is fed back"
 
 
+def counted(diagnosis: Diagnosis, caption: Text = "") -> Text:
+    """The caption of E or of shares, with what is fed back in the runs that they count."""
+    clause = while_fed_back(diagnosis)
+    if not clause:
+        return caption
+    return sentence(caption, f" Counted{clause}.") if caption else f"Counted{clause}."
+
+
 def _effects(diagnosis: Diagnosis, gap: Gap) -> Sentence:
     ranked = [found for name in diagnosis.effects if (found := diagnosis.candidate(name)) is not None]
     clauses = [_phrase(effect) for effect in ranked]

@@ -72,7 +72,7 @@ class Windows:
 
     def onset_from(self, begins: float) -> Onset:
         """When the change began in later samples whose own time is 0 at a time, s: those from before it date it."""
-        return Onset(self.before[1], self.after).after(begins)
+        return Onset(self.before[1], self.after).relative_to(begins)
 
     def shortage(self, now: float) -> str:
         """Why this cannot be diagnosed yet at a time, s; empty if it can."""

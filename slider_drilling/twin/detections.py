@@ -175,7 +175,7 @@ def _dated(detection: Detection, shown: _Open) -> Detection:
     """The detection with the time that its diagnosis gives it, or else with what the features say."""
     if detection.kind == "event":
         return detection
-    began = shown.began or Began(shown.alarm.change.since, shown.alarm.change.interval, shown.alarm.change.kind)
+    began = shown.began or shown.alarm.change
     return replace(detection, since=began.since, interval=began.interval, kind=began.kind)
 
 
