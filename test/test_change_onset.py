@@ -170,13 +170,13 @@ def test_a_unit_of_error_is_that_of_predicting_the_rig_itself(log, monkeypatch):
 
 
 def test_string_is_not_simulated_through_a_long_time_in_which_it_may_have_changed():
-    close, far = Windows((0.0, 600.0), 830.0).onset_from(0.0), Windows((0.0, 600.0), 850.0).onset_from(0.0)
+    close, far = (Windows((0.0, 600.0), (start, 1000.0)).onset_from(0.0) for start in (830.0, 850.0))
     assert close == Onset(600.0, 830.0) and close.simulated_from == 480.0
     assert far == Onset(600.0, 850.0) and far.simulated_from == 850.0
 
 
 def test_time_of_a_change_that_a_user_gives(log):
     windows = windows_at(log, 150.0)
-    assert (windows.before, windows.after) == ((0.0, 150.0), 150.0)
+    assert (windows.before, windows.after) == ((0.0, 150.0), (150.0, log.end))
     assert windows.onset_from(0.0) == Onset(150.0, 150.0) and windows.onset_from(0.0).simulated_from == 30.0
     assert windows_at(log, 70.0).onset_from(0.0).simulated_from == 0.0

@@ -76,15 +76,16 @@ def parse_since(text: str | None) -> float | Literal["auto"] | None:
 
 
 def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Windows]:
-    """When a change began, by a twin that follows the whole log, and what to compare for it.
+    """When a change began, by a twin that follows the whole log; and what to compare for it.
 
-    It asks its regular checks, which take longer, only where nothing else shows a change.
+    It asks its regular checks, which take longer, only where nothing else shows a change. Samples count as far as the
+    twin's last question about a change reaches: later the rig may have become another one once more.
 
     Raises:
         InputError: It detects no change, or could detect none.
     """
     from slider_drilling.twin import diagnose_after
-    from slider_drilling.twin.ask import windows_of_change
+    from slider_drilling.twin.ask import ASKED_AFTER_S, windows_of_change
 
     first, not_compared = _first_change(log, rig, None, lambda done: progress("looking for a change", 0.1 * done))
     seen_in = None if first is None else first.channel  # of what checks find, none
@@ -93,7 +94,8 @@ def find_since(log: RigLog, rig: Rig, progress: Progress) -> tuple[Since, Window
             log, rig, diagnose_after, lambda done: progress("looking for a change, by checks", 0.1 + 0.4 * done)
         )
     if first is not None:
-        windows = windows_of_change(first.interval, first.detected, 0.0, log.end)
+        until = min(first.detected + ASKED_AFTER_S[-1], log.end)
+        windows = windows_of_change(first.interval, first.detected, 0.0, until)
         return Since(first.since, first.interval, True, windows.before[0], seen_in), windows
     advice = f"{not_compared}, or" if not_compared else "no change detected; give"
     raise InputError(f"since auto: {log.source}: {advice} the time from which on to compare")
@@ -136,8 +138,8 @@ def diagnose_what_changed(request: ChangeRequest, rig: Rig, progress: Progress) 
     else:
         windows = windows_at(log, request.since)
         since = Since(request.since, log_start=windows.before[0])
-    begin, end = windows.before
-    before, after = cut_time_window(log, begin, end), cut_time_window(log, begin, log.end)
+    begin = windows.before[0]
+    before, after = cut_time_window(log, *windows.before), cut_time_window(log, begin, windows.after[1])
     whole = begin == 0.0
     return diagnose_change(
         [before], [after], rig, since=since, only=request.only, seed=request.seed, progress=progress,
@@ -154,4 +156,4 @@ def windows_at(log: RigLog, since: float) -> Windows:
             f"since {since:g}: {log.source} holds {log.end:.0f} s: give a time that leaves at least "
             f"{MIN_BEFORE_S:.0f} s before it and {MIN_AFTER_S:.0f} s after it"
         )
-    return Windows((0.0, since), since)
+    return Windows((0.0, since), (since, log.end))

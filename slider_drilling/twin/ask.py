@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from slider_drilling.diagnosis.onset import Onset, Since
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 MIN_BASELINE_S = 150.0
 """Shortest time before a change from which it can be named: less does not show what the rig was like."""
+
+ASKED_AFTER_S = (20.0, 60.0, 110.0, 160.0, 300.0, 460.0)
+"""s after a detection at which it is asked; each answer replaces the one before."""
 
 _BEFORE_S = 600.0  # of samples from before a change
 # s before the earliest time at which it can have begun; and share of the time since then until it was seen: what is
@@ -64,19 +67,21 @@ class Windows:
 
     Attributes:
         before: s, start and end of the samples from before it.
-        after: s, start of those since.
+        after: s, start and end of those since.
     """
 
     before: tuple[float, float]
-    after: float
+    after: tuple[float, float]
 
     def onset_from(self, begins: float) -> Onset:
         """When the change began in later samples whose own time is 0 at a time, s: those from before it date it."""
-        return Onset(self.before[1], self.after).relative_to(begins)
+        return Onset(self.before[1], self.after[0]).relative_to(begins)
 
-    def shortage(self, now: float) -> str:
-        """Why this cannot be diagnosed yet at a time, s; empty if it can."""
-        before, after = self.before[1] - self.before[0], now - self.after
+    @property
+    def shortage(self) -> str:
+        """Why this cannot be diagnosed yet; empty if it can."""
+        (begin, end), (first, now) = self.before, self.after
+        before, after = end - begin, now - first
         if before < MIN_BASELINE_S:
             return f"it needs {MIN_BASELINE_S:.0f} s of samples before the change, and has {max(before, 0.0):.0f} s"
         if after < _MIN_AFTER_S:
@@ -96,10 +101,10 @@ def windows_of_change(interval: tuple[float, float], seen: float, started: float
     low, high = interval
     end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
     end = max(end, min(low - _MARGIN_S, started + _LEAST_BEFORE_S))
-    windows = Windows((max(end - _BEFORE_S, started), end), max(min(high, now - _MIN_AFTER_S), low))
-    if windows.onset_from(0.0).known:
-        return windows
-    return replace(windows, after=max(windows.after, now - _LONGEST_AFTER_S))
+    first = max(min(high, now - _MIN_AFTER_S), low)
+    if not Onset(end, first).known:
+        first = max(first, now - _LONGEST_AFTER_S)
+    return Windows((max(end - _BEFORE_S, started), end), (first, now))
 
 
 def diagnose_after(

@@ -12,7 +12,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 from slider_drilling.twin.agreement import DiagnosedChange, DiagnosesOfChange
-from slider_drilling.twin.ask import Ask, Windows, windows_of_change
+from slider_drilling.twin.ask import ASKED_AFTER_S, Ask, Windows, windows_of_change
 from slider_drilling.twin.background import BackgroundDiagnosis, PickledBaseline, Question, Reply
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
@@ -20,8 +20,6 @@ from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.regular_checks import RECENT_S, ConfirmedChange, RegularChecks
 from slider_drilling.twin.report import Detection
 from slider_drilling.twin.samples import SampleBuffer
-
-ASKED_AFTER_S = (20.0, 60.0, 110.0, 160.0, 300.0, 460.0)  # after a detection; each answer replaces the one before
 
 
 @dataclass(frozen=True)
@@ -133,7 +131,7 @@ class Diagnoser:
         if self.asking:
             raise InputError("twin: a diagnosis is under way; wait for its answer")
         last = self._log.detections[-1] if self._log.detections else None
-        shortage = self._windows(last, now).shortage(now)
+        shortage = self._windows(last, now).shortage
         if shortage:
             raise InputError(f"twin: too early for a diagnosis: {shortage}; ask later")
         self._start(last, now)
@@ -158,7 +156,7 @@ class Diagnoser:
             windows = self.checks.due(now)
             if windows is not None:
                 before = self.checks.baseline or recorded_log(self._buffers, self._rig, *windows.before)
-                later = recorded_log(self._buffers, self._rig, windows.after, now)
+                later = recorded_log(self._buffers, self._rig, *windows.after)
                 self._put(_Open(now, None, regular=True), before, later, None, None)
 
     def _start(self, detection: Detection | None, now: float) -> None:
@@ -171,7 +169,7 @@ class Diagnoser:
             baseline, end = None, windows.before[1]
         self._baseline = (baseline, number, end)
         before = baseline or recorded_log(self._buffers, self._rig, *windows.before)
-        later = recorded_log(self._buffers, self._rig, windows.after if detection is None else windows.before[0], now)
+        later = recorded_log(self._buffers, self._rig, (windows.after if detection is None else windows.before)[0], now)
         begins = later.start_ns * 1e-9
         onset = None if detection is None else windows.onset_from(begins)
         self._put(_Open(now, number), before, later, self._since(detection, begins), onset)

@@ -77,7 +77,7 @@ class RegularChecks:
         if now - self._start > _RENEWED_S + _BASELINE_S and self._named is None:
             self.begin(now - RECENT_S - _APART_S - _BASELINE_S)
         self._next = now + self._every
-        return Windows((self._start, self._start + _BASELINE_S), now - RECENT_S)
+        return Windows((self._start, self._start + _BASELINE_S), (now - RECENT_S, now))
 
     def take(self, reply: Reply, asked: float) -> ConfirmedChange | None:
         """Take the reply to the check that was asked at a time, s; the change that it confirms, if any."""

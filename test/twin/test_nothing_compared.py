@@ -1,6 +1,7 @@
 """What is said where a record cannot show a change."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -93,6 +94,13 @@ def test_since_auto_asks_checks_only_where_nothing_else_shows_a_change(make_log,
     else:
         assert find_since(log, log.rig(), lambda what, share: None)[0].time == 1000.0
     assert asked == ([None] if shown_by == "features" else [None, diagnose_after])
+
+
+@pytest.mark.parametrize(("log_end", "until"), [(1500.0, 1500.0), (9000.0, 1760.0)])
+def test_since_auto_compares_as_far_as_the_twin_asks(monkeypatch, log_end, until):
+    monkeypatch.setattr(what_changed, "_first_change", lambda *args: (CHANGE, ""))
+    _, windows = find_since(SimpleNamespace(end=log_end), None, lambda what, share: None)
+    assert windows.after == (1050.0, until)
 
 
 def test_rig_that_was_not_learnt_is_not_saved(never_learnt, tmp_path):

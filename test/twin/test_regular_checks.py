@@ -56,7 +56,7 @@ def take(checks, *replies):
 def test_first_check_needs_a_rig_as_it_was_and_five_minutes_more(checks):
     assert checks.due(FIRST - 1.0) is None
     windows = checks.due(FIRST)
-    assert windows.before == (0.0, 640.0) and windows.after == FIRST - 300.0
+    assert windows.before == (0.0, 640.0) and windows.after == (FIRST - 300.0, FIRST)
 
 
 def test_checks_are_regular(checks):

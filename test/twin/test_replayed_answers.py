@@ -8,12 +8,12 @@ import pytest
 
 from slider_drilling.log import RigLog
 from slider_drilling.rig import load_rig
-from slider_drilling.twin.ask import Answer
+from slider_drilling.twin.ask import ASKED_AFTER_S, Answer
 from slider_drilling.twin.background import BackgroundDiagnosis, Question, Reply
 from slider_drilling.twin.change_statistic import FeatureChange
 from slider_drilling.twin.detections import DetectionLog
 from slider_drilling.twin.detector import Alarm
-from slider_drilling.twin.diagnoser import ASKED_AFTER_S, Diagnoser
+from slider_drilling.twin.diagnoser import Diagnoser
 from slider_drilling.twin.motion import new_buffers
 
 ASKED = 500.0 + ASKED_AFTER_S[0]
