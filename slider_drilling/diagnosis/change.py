@@ -6,8 +6,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from slider_drilling.diagnosis.change_answer import ChangedParameter
+from slider_drilling.gap.model import Array
 
 Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class HeldShare:
+    """How much of the named change the samples hold, by parts of half a minute.
+
+    Attributes:
+        time: (n,) s of the log that the user gave, middle of each part.
+        share: (n,) 0 for none of it, 1 for all that is named.
+        interval: (n, 2) 95 % interval of that.
+    """
+
+    time: Array
+    share: Array
+    interval: Array
 
 
 @dataclass(frozen=True)
@@ -21,6 +37,7 @@ class Change:
         since_interval: 95 % interval of ``since``, None if unknown.
         found: Whether ``since`` was found by change detection.
         dated: Whether ``since`` and its interval are what the size of the named change over time shows.
+        held: How much of the named change the samples hold over time; None without a name, or where nothing shows it.
         growing: Whether the named change grows from then on until the end of the log; None without a name.
         moved: Calibrated numbers of the rig that changed, by name.
         explained: Share of the difference that the answer explains.
@@ -37,6 +54,7 @@ class Change:
     since_interval: Span | None = None
     found: bool = False
     dated: bool = False
+    held: HeldShare | None = None
     growing: bool | None = None
     moved: Mapping[str, ChangedParameter] = field(default_factory=dict)
     explained: float | None = None

@@ -10,7 +10,7 @@ against the whole picture; then nothing is dated.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from slider_drilling.diagnosis.change_search import TriedChange
 from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
 from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.onset import Onset
+from slider_drilling.diagnosis.share_rise import BLOCK_S, Rise, ShareOverTime, long_enough_to_rise, rise_of
 from slider_drilling.diagnosis.start_state import fit_start_state
 from slider_drilling.diagnosis.usual_error import problem_in_units
 from slider_drilling.effects import EFFECTS
@@ -26,80 +27,7 @@ from slider_drilling.gap.model import Array, Channel
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import fit
 
-_BLOCK_S = 5.0  # over which a share is taken
-_ALIKE = 6  # blocks in a row whose errors go together
-_EDGE = 6  # blocks on either side of the times that are tried
 _MIN_SAMPLES = 100  # of a channel, before and after the change
-# Shares before and after a change that is dated; and gain (`Rise.gain`) of one that is dated, and that there is at all.
-_BEFORE, _AFTER, _DATED_GAIN, _LEAST_GAIN = 0.35, (0.6, 1.4), 30.0, 20.0
-
-
-@dataclass(frozen=True)
-class ChangeDate:
-    """When a change began.
-
-    Attributes:
-        since: s from the log's start.
-        interval: s, 95 % interval of that.
-    """
-
-    since: float
-    interval: tuple[float, float]
-
-    def shifted(self, later: float) -> ChangeDate:
-        """The same, so many s later: in a log in which this one begins then."""
-        low, high = self.interval
-        return ChangeDate(self.since + later, (low + later, high + later))
-
-    def says_more_than(self, interval: tuple[float, float] | None) -> bool:
-        """Whether it is narrower than another interval (s) that it agrees with. One that it contradicts is wrong: what
-        single numbers show late, as one does behind an operation, looks as if it had begun then."""
-        if interval is None:
-            return True
-        (low, high), (first, last) = self.interval, interval
-        return high < first or low > last or high - low <= last - first
-
-
-@dataclass(frozen=True)
-class ShareOverTime:
-    """How much of a change the samples hold, by blocks of time without those that hold nothing of it.
-
-    Attributes:
-        time: (n,) s, middle of each block.
-        share: (n,) least-squares amplitude of the change in each.
-        weight: (n,) its information: the inverse of its variance if all errors were white.
-    """
-
-    time: Array
-    share: Array
-    weight: Array
-
-
-@dataclass(frozen=True)
-class Rise:
-    """How the share of a change rises, as the likeliest step or ramp has it.
-
-    Attributes:
-        before, after: Share at the start and at the end.
-        gain: ``-2 log p`` beyond one constant share, in units of what the shares scatter.
-        begins: When it begins.
-    """
-
-    before: float
-    after: float
-    gain: float
-    begins: ChangeDate
-
-    @property
-    def shows(self) -> bool:
-        """Whether the samples since hold more of the change than those before."""
-        return self.gain >= _LEAST_GAIN and self.after > self.before
-
-    @property
-    def date(self) -> ChangeDate | None:
-        """When the change began; None where the share is not about none before and about all after."""
-        plain = abs(self.before) <= _BEFORE and _AFTER[0] <= self.after <= _AFTER[1] and self.gain >= _DATED_GAIN
-        return self.begins if plain else None
 
 
 def rise_of_change(string: DrillString, baseline: Baseline, named: TriedChange, onset: Onset) -> Rise | None:
@@ -172,50 +100,11 @@ def _shares(problem: Problem, without: Array, difference: Array, onset: Onset) -
     time = np.concatenate([problem.pieces[index].channel.time for index in steady])
     rows = np.concatenate([np.arange(problem.size)[problem.pieces[index].rows] for index in steady])
     begin = float(time.min())
-    block = ((time - begin) // _BLOCK_S).astype(int)
+    block = ((time - begin) // BLOCK_S).astype(int)
     weight: Array = np.bincount(block, row[rows] ** 2).astype(float)
     product: Array = np.bincount(block, row[rows] * residual[rows]).astype(float)
     held = np.flatnonzero(weight > 0.0)
-    if held.size <= 2 * _EDGE:
+    if not long_enough_to_rise(held.size):
         return None
-    middle = begin + _BLOCK_S * (held.astype(float) + 0.5)
-    return ShareOverTime(middle, product[held] / weight[held], weight[held])
-
-
-def rise_of(shares: ShareOverTime) -> Rise:
-    """The likeliest step or ramp of shares, and when it begins: the posterior is over both shapes.
-
-    Errors that go together in neighbouring blocks count as their scatter says.
-    """
-    time, share, weight = shares.time, shares.share, shares.weight
-    begins = np.arange(time[_EDGE], time[-_EDGE], _BLOCK_S) - 0.5 * _BLOCK_S
-    steps = (time[:, None] > begins).astype(float)
-    ramps = np.maximum(time[:, None] - begins, 0.0)
-    shapes = np.concatenate([steps, ramps / ramps[-1]], axis=1)
-    # Weighted regression on a constant and one shape, for every shape.
-    mean = np.average(share, weights=weight)
-    centre = np.average(shapes, axis=0, weights=weight)
-    variance = np.maximum(weight @ (shapes - centre) ** 2, 1e-12)
-    slope = (weight * (share - mean)) @ (shapes - centre) / variance
-    gain = slope**2 * variance
-    best = int(np.argmax(gain))
-    before = float(mean - slope[best] * centre[best])
-    scatter = _scatter(share - before - slope[best] * shapes[:, best], weight)
-    low, since, high = _quantiles(begins, np.exp(0.5 * (gain - gain[best]) / scatter))
-    date = ChangeDate(since, (low - _BLOCK_S, high + _BLOCK_S))
-    return Rise(before, before + float(slope[best]), float(gain[best]) / scatter, date)
-
-
-def _scatter(error: Array, weight: Array) -> float:
-    """Mean square of errors (n,) in white standard deviations, of groups of blocks; at least 1."""
-    group = np.arange(error.size) // _ALIKE
-    sums, weights = np.bincount(group, weight * error), np.bincount(group, weight)
-    return max(float(np.mean(sums**2 / weights)), 1.0)
-
-
-def _quantiles(begins: Array, likelihood: Array) -> tuple[float, float, float]:
-    """Lower end, middle and upper end (95 %) of the posterior of the times (n,) by their likelihood (2 n,)."""
-    share = likelihood.reshape(2, -1).sum(axis=0)
-    share /= np.sum(share)
-    low, middle, high = np.interp((0.025, 0.5, 0.975), np.cumsum(share) - 0.5 * share, begins)
-    return float(low), float(middle), float(high)
+    middle = begin + BLOCK_S * (held.astype(float) + 0.5)
+    return ShareOverTime(middle, product[held] / weight[held], 1.0 / weight[held])

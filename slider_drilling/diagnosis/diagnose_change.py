@@ -6,12 +6,14 @@ import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from slider_drilling.diagnosis.baseline import Baseline, candidates_for_change, fit_baseline, shared_nuisance
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import check_names
-from slider_drilling.diagnosis.change import Change
+from slider_drilling.diagnosis.change import Change, HeldShare
 from slider_drilling.diagnosis.change_answer import ChangeAnswer, answer_from
-from slider_drilling.diagnosis.change_date import ChangeDate, Rise, rise_of_change
+from slider_drilling.diagnosis.change_date import rise_of_change
 from slider_drilling.diagnosis.change_result import change_diagnosis
 from slider_drilling.diagnosis.change_search import ChangeSearch, search_change
 from slider_drilling.diagnosis.changed_string import ChangedString, compared_around
@@ -19,9 +21,11 @@ from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.diagnosis.onset import Onset, Since
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.rig_source import find_rig_source, rig_remarks
+from slider_drilling.diagnosis.share_rise import ChangeDate, Rise
 from slider_drilling.diagnosis.undisturbed import from_calm_start, is_calm, without_operations
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.results.intervals import TWO_SIDED_95
 from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.log_checks import LogChecks, check_log
@@ -151,7 +155,7 @@ def _answer_that_rises(
         if rise is None:
             return answer, None
         if rise.shows:
-            return answer, replace(rise, begins=rise.begins.shifted(begin))
+            return answer, rise.shifted(begin)
         not_rising[answer.named.effect.name] = _NO_RISE
         answer = answer_from(search, baseline, seed, not_rising)
     return answer, None
@@ -186,9 +190,20 @@ def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, rise: Rise |
         since = replace(since, time=dated.since, interval=dated.interval)
     return Change(
         baseline.sources, since.log_start + begin, since.time, since.interval, since.found, dated is not None,
-        None if answer.named is None else answer.named.growing, answer.moved, answer.explained, answer.interval,
-        baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing), baseline.values,
+        _held(rise, since), None if answer.named is None else answer.named.growing, answer.moved, answer.explained,
+        answer.interval, baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing),
+        baseline.values,
     )  # fmt: skip
+
+
+def _held(rise: Rise | None, since: Since) -> HeldShare | None:
+    """How much of the named change the samples hold; s of the user's log."""
+    if rise is None:
+        return None
+    shown = rise.shown
+    half = TWO_SIDED_95 * np.sqrt(shown.variance)
+    interval = np.stack([shown.share - half, shown.share + half], axis=1)
+    return HeldShare(shown.time + since.log_start, shown.share, interval)
 
 
 def _dated(rise: Rise | None, since: Since) -> ChangeDate | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.describe_curve import axis_labels
 from slider_drilling.diagnosis.ranking_table import format_share
 from slider_drilling.diagnosis.result import STAGE_NAMES, ChannelTrace, Gap, RankedEffect, ResidualShape
@@ -154,6 +155,22 @@ def _converted(values: Array, label: str) -> tuple[Array, str]:
     name, unit = split_label(label)
     shown, factor = display_unit(unit)
     return factor * values, label if shown == unit else f"{name}, {shown}"
+
+
+def held_share(change: Change) -> Chart | None:
+    """How much of the named change the samples hold over time; None where nothing shows it."""
+    if change.held is None:
+        return None
+    held = change.held
+    shares = Line("", held.time, held.share, "dots", GREEN, held.interval[:, 0], held.interval[:, 1])
+    caption = "0 is none of it, 1 is all that is named. Each dot is half a minute; whiskers are 95 % intervals."
+    ends: tuple[tuple[float, str], ...] = ()
+    if change.since_interval is not None:
+        ends = tuple((end, "") for end in change.since_interval)
+        shown_by = "these shares date it" if change.dated else "detection dates it"
+        caption += f" The change began between the two lines: {shown_by}."
+    panel = Panel("share of the change", (shares,), reference_line=(1.0, ""))
+    return Chart("How much of the change the samples hold", "time, s", (panel,), caption, ends, wide=True)
 
 
 def traces(channels: Sequence[ChannelTrace], stages: Mapping[str, str]) -> list[Chart]:

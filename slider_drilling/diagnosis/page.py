@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from slider_drilling.diagnosis.asked_run import asked_items
-from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
+from slider_drilling.diagnosis.figures import held_share, intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
@@ -39,8 +39,8 @@ VERDICT_TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect"
 def report_page(diagnosis: Diagnosis) -> Page:
     """The page as plain data, for `slider_drilling.pages` to write."""
     sections = [
-        *_log_checks(diagnosis), *_how_large(diagnosis), *_where(diagnosis), *_which(diagnosis), *_traces(diagnosis),
-        *_parameters(diagnosis), *_next(diagnosis), *_criteria(diagnosis),
+        *_log_checks(diagnosis), *_how_large(diagnosis), *_when(diagnosis), *_where(diagnosis), *_which(diagnosis),
+        *_traces(diagnosis), *_parameters(diagnosis), *_next(diagnosis), *_criteria(diagnosis),
     ]  # fmt: skip
     verdict = plain_name(diagnosis.verdict) + (", interrupted" if diagnosis.interrupted else "")
     # Without a conclusion the headline has said why.
@@ -156,6 +156,11 @@ def whole_run_rows(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[tuple[C
         for name, unit in units.items():
             rows.append((title, plain_name(name), *(displayed(rms[stage].get(name), unit) for stage in stages)))
     return ("part", "channel", *(diagnosis.stage_names[stage] for stage in stages)), tuple(rows)
+
+
+def _when(diagnosis: Diagnosis) -> list[Section]:
+    figure = None if diagnosis.change is None else held_share(diagnosis.change)
+    return [] if figure is None else [Section("When it began", (figure,))]
 
 
 def _where(diagnosis: Diagnosis) -> list[Section]:
