@@ -57,8 +57,10 @@ class TwinPanel:
         twin, latest = self._state.twin, self._state.latest_sample()
         freshness = twin.freshness()
         self._fact.set_text(self._fact_text(freshness))
-        self._fact.classes(replace=f"sd-fact sd-{'fresh' if freshness is None else freshness.value}")
-        self._canvases.classes(replace="sd-twin sd-" + ("fresh" if freshness is None else freshness.value))
+        shown = Freshness.FRESH if freshness is None else freshness
+        self._fact.classes(replace=f"sd-fact sd-{shown.value}")
+        # Not replaced: the class that hides it would go, too.
+        self._canvases.classes(f"sd-{shown.value}", remove=" ".join(f"sd-{other.value}" for other in Freshness))
         # Without a twin nothing looks for a gap: an empty strip "no change detected" would say that none is there.
         for part in (self._diagnose, self._use, self._canvases):
             part.set_visibility(freshness is not None)
