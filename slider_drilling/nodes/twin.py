@@ -176,7 +176,8 @@ class TwinNode(ManagedNode):
 
     def _advance(self) -> None:
         """Simulate what is complete, publish it, and report once a second."""
-        is_catching_up = self._watchdog.tick()
+        # Before the twin works, which may take long: meanwhile samples wait, and the rig is not silent.
+        silence = 0.0 if self._watchdog.tick() else self._watchdog.silent_for(STALE_AFTER)
         if not self.is_active or self.twin is None or self.shutdown_request.requested:
             return
         for channel, (times, values) in self._waiting.items():
@@ -192,7 +193,6 @@ class TwinNode(ManagedNode):
         self._remarked = len(self.twin.remarks)
         for report in reports:
             self._publish(report)
-        silence = 0.0 if is_catching_up else self._watchdog.silent_for(STALE_AFTER)
         if silence - self._reported_silence >= SILENCE_PERIOD:
             self._reported_silence = silence
             self._report(silence)

@@ -27,6 +27,7 @@ from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.twin import CHANNELS, TwinNode
 from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
+from slider_drilling.nodes.watchdog import Watchdog
 from slider_drilling.rig import dump_rig, parse_rig
 from slider_drilling.twin import Detection, Twin
 
@@ -172,6 +173,17 @@ def test_silent_rig_is_reported(make_twin, heard, monkeypatch):
     count = len(heard)
     node._advance()
     assert len(heard) == count, "once a second of silence"
+
+
+def test_rig_is_not_silent_while_the_twin_works(make_twin, heard, monkeypatch):
+    node, clock = make_twin(), [0.0]
+    feed(node, 1000.0, 6.0)
+    node._watchdog = Watchdog(lambda: clock[0])
+    node._watchdog.note_sample()
+    monkeypatch.setattr(node.twin, "advance", lambda: clock.insert(0, 40.0) or [])
+    count = len(heard)
+    node._advance()
+    assert len(heard) == count
 
 
 def test_inactive_twin_takes_no_sample(make_twin):
