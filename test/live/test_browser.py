@@ -114,6 +114,17 @@ def test_page_shows_the_slide(
     page.screenshot(path=folder / f"live_{name}.png", full_page=True)
 
 
+def test_every_axis_has_two_numbers(browser: Any, repository: Path) -> None:
+    source = (repository / "slider_drilling" / "live" / "script" / "paint.js").read_text()
+    page = browser.new_page()
+    for low, high in ((-190.8, 190.8), (-3.9, 5.1), (-2600.0, 3000.0), (55.0, 58.1)):
+        numbers = page.evaluate(
+            "async ([source, low, high]) => (await import('data:text/javascript,' + encodeURIComponent(source)))"
+            ".ticks(low, high, 3)", [source, low, high])  # fmt: skip
+        assert 2 <= len(numbers) <= 6 and low <= min(numbers) and max(numbers) <= high
+    page.close()
+
+
 def test_parameter_names_run_no_script(open_page: Callable[..., Any]) -> None:
     page = open_page(1200, 900)
     page.get_by_text("Parameters", exact=True).click()

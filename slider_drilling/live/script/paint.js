@@ -61,11 +61,16 @@ export function line(pen, points, colour, width = 1.5, dash = []) {
   pen.setLineDash([]);
 }
 
-// Round numbers, about `count` of them, within a range.
+// Round numbers, about `count` of them and at least two, within a range: one alone shows no scale.
 export function ticks(low, high, count) {
   const raw = (high - low) / Math.max(count, 1);
   const power = Math.pow(10, Math.floor(Math.log10(raw)));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((size) => size >= raw) || 10 * power;
+  const sizes = [10, 5, 2, 1].map((k) => k * power), widest = sizes.findLastIndex((size) => size >= raw);
+  const tried = sizes.slice(Math.max(widest, 0)).map((step) => multiples(step, low, high));
+  return tried.find((values) => values.length > 1) ?? tried[tried.length - 1];
+}
+
+function multiples(step, low, high) {
   const values = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) values.push(k * step);
   return values.map((value) => Math.abs(value) < 1e-9 * step ? 0 : value);
