@@ -138,15 +138,15 @@ class TableLines:
             return
         self._detections[detection.number] = detection
         low, high = detection.interval
+        since = f"since {detection.since:.0f} s ({low:.0f} to {high:.0f} s)"
         if before is None or (before.kind, before.channel) != (detection.kind, detection.channel):
-            self._line(f"CHANGE {detection.number} detected at {detection.detected:.0f} s: {detection.what} since "
-                       f"{detection.since:.0f} s ({low:.0f} to {high:.0f} s), {detection.size:.1f} noise levels; "
-                       f"{detection.kind}, site {detection.site}")  # fmt: skip
+            self._line(f"CHANGE {detection.number} detected at {detection.detected:.0f} s: {detection.what}, {since}, "
+                       f"{detection.size:.1f} noise levels; {detection.kind}, site {detection.site}")  # fmt: skip
         if detection.answered is not None and (before is None or before.answered != detection.answered):
             named = ", ".join(detection.effects) or "no effect named"
             suspected = f"; suspected: {', '.join(detection.suspected)}" if detection.suspected else ""
             self._line(f"ANSWER {detection.number} at {detection.answered:.0f} s: {named} ({detection.verdict}, site "
-                       f"{detection.site}){suspected}")  # fmt: skip
+                       f"{detection.site}), {since}{suspected}")  # fmt: skip
         if detection.ended is not None and (before is None or before.ended is None):
             self._line(f"CHANGE {detection.number} is over since {detection.ended:.0f} s")
 

@@ -11,6 +11,11 @@ from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.plain_names import plain_name
 from slider_drilling.twin import Detection, TwinReport
 
+_ANSWERS: dict[str | None, str] = {
+    "none": "; a diagnosis finds nothing different", "inconclusive": "; a diagnosis allows no conclusion",
+    "parameters": "; the rig's own numbers may explain it", "unknown": "; no known change explains it",
+}  # fmt: skip
+"""What is said of a change by the verdict of a diagnosis that names and suspects nothing."""
 # Where effects act, and the hydraulics, where faults of the circulation do.
 SITES = ("contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor")
 
@@ -90,8 +95,8 @@ def describe(detection: Detection, start: float) -> str:
     if detection.effects:
         return f"{_words(detection.effects)} {since}: {detection.what}"
     if detection.suspected:
-        return f"{detection.what} {since}; suspected: {_words(detection.suspected)}"
-    return f"{detection.what} {since}" + ("" if detection.verdict is None else f"; {detection.verdict}")
+        return f"{detection.what}, {since}; suspected: {_words(detection.suspected)}"
+    return f"{detection.what}, {since}" + _ANSWERS.get(detection.verdict, "")
 
 
 def _words(names: Iterable[str]) -> str:

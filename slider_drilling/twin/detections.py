@@ -110,7 +110,7 @@ class DetectionLog:
         shown.began = began if began is not None and began.since <= shown.detection.detected else None
         found = replace(
             shown.detection, effects=diagnosed.effects, suspected=diagnosed.suspected, verdict=diagnosed.verdict,
-            answered=now, site=diagnosed.site or shown.detection.site,
+            answered=now, site=diagnosed.site or _likely_site(shown.alarm),
         )  # fmt: skip
         self.change(_dated(found, shown))
 
@@ -175,20 +175,27 @@ def _dated(detection: Detection, shown: _Open) -> Detection:
     """The detection with the time that its diagnosis gives it, or else with what the features say."""
     if detection.kind == "event":
         return detection
-    began = shown.began or shown.alarm.change
-    return replace(detection, since=began.since, interval=began.interval, kind=began.kind)
+    began, alarm = shown.began or shown.alarm.change, shown.alarm
+    what = detection.what if alarm.kind == _NO_FEATURE else _seen(alarm, began.kind)
+    return replace(detection, since=began.since, interval=began.interval, kind=began.kind, what=what)
 
 
 def _described(alarm: Alarm, before: Detection) -> Detection:
     change = alarm.change
-    verb = _VERBS[alarm.kind][0 if change.size > 0.0 else 1]
-    title = COMPARED[alarm.channel].title
-    how = "at once" if change.kind == "step" else "steadily"
-    what = f"{title} {verb} than the twin expects, {how}"
-    if alarm.kind == "mean":
-        what = f"{title} {verb} against the twin, {how}"
-    site = _SITES.get((alarm.channel, alarm.kind), COMPARED[alarm.channel].sensor_site)
     return replace(
         before, since=change.since, interval=change.interval, channel=alarm.channel, kind=change.kind,
-        size=abs(change.size), what=what, site=site if before.verdict is None else before.site,
+        size=abs(change.size), what=_seen(alarm, change.kind),
+        site=_likely_site(alarm) if before.verdict is None else before.site,
     )  # fmt: skip
+
+
+def _seen(alarm: Alarm, kind: str) -> str:
+    """What a feature shows of a step or a ramp, in a sentence."""
+    verb = _VERBS[alarm.kind][0 if alarm.change.size > 0.0 else 1]
+    against = "against the twin" if alarm.kind == "mean" else "than the twin expects"
+    return f"{COMPARED[alarm.channel].title} {verb} {against}, {'at once' if kind == 'step' else 'steadily'}"
+
+
+def _likely_site(alarm: Alarm) -> str:
+    """Where a change lies that no diagnosis places."""
+    return _SITES.get((alarm.channel, alarm.kind), COMPARED[alarm.channel].sensor_site)

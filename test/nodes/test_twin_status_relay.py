@@ -35,7 +35,7 @@ def by_name(*detections: Detection, health: TwinHealth = HEALTH) -> dict[str, St
 
 def test_site_says_level_reason_and_since() -> None:
     status = by_name(PRESSURE)["hydraulics"]
-    assert (status.level, status.message) == (Level.WARN, "standpipe pressure 3.2 bar lower since 1700000060 s")
+    assert (status.level, status.message) == (Level.WARN, "standpipe pressure 3.2 bar lower, since 1700000060 s")
     values = dict(status.values)
     assert (values["since_s"], values["since_low_s"], values["detected_s"]) == (
         "1700000060.0",
@@ -54,6 +54,13 @@ def test_named_effect_is_an_error() -> None:
     )
     suspected = by_name(Detection(**{**vars(PRESSURE), "suspected": ("motor_wear",)}))["hydraulics"]
     assert suspected.level is Level.WARN and suspected.message.endswith("suspected: motor wear")
+
+
+@pytest.mark.parametrize("verdict", ["none", "parameters", "unknown", "inconclusive"])
+def test_answer_without_a_name_is_said_in_words(verdict: str) -> None:
+    message = by_name(replace(PRESSURE, verdict=verdict))["hydraulics"].message
+    _, answer = message.split("; ")
+    assert len(answer.split()) > 3 and verdict != answer
 
 
 LARGE = replace(PRESSURE, number=2, size=9.0, since=70.0)

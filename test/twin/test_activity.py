@@ -34,7 +34,7 @@ def _rocking(time):
 
 def test_rocking_settles_and_shows_its_period(rig):
     found = _run(rig, _rocking, 200)
-    assert not found[30].settled
+    assert not found[30].settled and found[30].why == "rocking has just begun"
     assert found[-1].mode == "rocking" and found[-1].settled
     assert found[-1].period == pytest.approx(8.0, abs=0.3)
 

@@ -162,6 +162,24 @@ def test_named_change_dates_the_detection_until_it_has_no_name():
     assert (log.detections[0].since, log.detections[0].kind) == (92.0, "step")
 
 
+def test_withdrawn_name_takes_its_site_along():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0))
+    log.take_diagnosis(1, DiagnosedChange("effect", ("motor_wear",), site="motor"), 150.0)
+    assert log.detections[0].site == "motor"
+    log.take_diagnosis(1, DiagnosedChange("unknown"), 200.0)
+    assert log.detections[0].site == "hydraulics"
+
+
+def test_sentence_says_the_kind_that_the_date_says():
+    log = DetectionLog()
+    log.take(_alarm(100.0, 80.0))
+    assert log.detections[0].what.endswith("rose against the twin, at once")
+    began = Began(60.0, (50.0, 70.0), "ramp")
+    log.take_diagnosis(1, DiagnosedChange("effect", ("washout",), began=began), 150.0)
+    assert log.detections[0].what.endswith("rose against the twin, steadily")
+
+
 def test_change_did_not_begin_after_it_was_detected():
     log = DetectionLog()
     log.take(_alarm(100.0, 90.0))

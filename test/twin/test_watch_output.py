@@ -1,6 +1,7 @@
 """What `watch` prints beside its rows, and what it writes when Ctrl-C ends it."""
 
 import importlib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from click.testing import CliRunner
 from slider_drilling.commands.watch import command
 from slider_drilling.commands.watch_output import JsonLines, TableLines
 from slider_drilling.rig import Rig, load_rig
-from slider_drilling.twin import ChannelState, Twin, TwinReport
+from slider_drilling.twin import ChannelState, Detection, Twin, TwinReport
 from slider_drilling.twin.report import Trend
 from slider_drilling.units import SI
 
@@ -36,6 +37,17 @@ def test_failed_diagnosis_is_a_note(lines, capfd):
     printed = capfd.readouterr()
     assert printed.err == "note: the diagnosis gave no answer: too short\n"
     assert "gave no answer" not in printed.out
+
+
+def test_answer_says_since_when(capfd):
+    change = Detection(1, 9.0, 7.0, (6.0, 8.0), "standpipe_pressure", "hydraulics", "step", 3.0, "pressure fell")
+    named = replace(change, effects=("washout",), verdict="effect", answered=9.9, since=4.0, interval=(3.0, 5.0))
+    lines = TableLines(make_twin(), SI)
+    for each in (change, named):
+        lines.show(replace(make_report(), detections=(each,)))
+    seen, answer = capfd.readouterr().out.splitlines()[-2:]
+    assert "pressure fell, since 7 s (6 to 8 s), 3.0 noise levels" in seen
+    assert answer == "ANSWER 1 at 10 s: washout (effect, site hydraulics), since 4 s (3 to 5 s)"
 
 
 def end_of(twin, report, capfd):

@@ -85,7 +85,8 @@ function rangeOf(points, strip) {
 function drawStrip(pen, c, history, span, strip, width, top, tall) {
   const [measured, expected] = pointsOf(history, strip, span);
   const known = measured.filter((point) => point[1] !== null);
-  const last = known.length ? known[known.length - 1][1] : null;
+  const shown = strip.dots ? known : measured;  // a line that has ended has no value now
+  const last = shown.length ? shown[shown.length - 1][1] : null;
   text(pen, strip.title, LEFT, top + 11, { size: 12, colour: c.faint });
   if (expected.some((point) => point[1] !== null)) {
     text(pen, "— expected", LEFT + 12 + pen.measureText(strip.title).width, top + 11, { size: 12, colour: c.expectedText });
