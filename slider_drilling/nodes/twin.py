@@ -193,6 +193,8 @@ class TwinNode(ManagedNode):
         self._remarked = len(self.twin.remarks)
         for report in reports:
             self._publish(report)
+        if not reports:
+            self._publish_diagnosis(self.twin.latest_report())  # an answer may come while the rig is silent
         if silence - self._reported_silence >= SILENCE_PERIOD:
             self._reported_silence = silence
             self._report(silence)
@@ -209,16 +211,20 @@ class TwinNode(ManagedNode):
         if self.twin is None or self._start_ns is None:
             return
         self._topics.publish(report, self._start_ns)
-        start = self._start_ns / 1e9
-        self._topics.publish_diagnosis(report, start, self.twin.answer, self.twin.answered)
+        self._publish_diagnosis(report)
         if self._diagnostics.is_due(self._start_ns + round(report.time * 1e9)):
             self._report(0.0)
+
+    def _publish_diagnosis(self, report: TwinReport | None) -> None:
+        if report is not None and self.twin is not None and self._start_ns is not None:
+            start = self._start_ns / 1e9
+            self._topics.publish_diagnosis(report, start, self.twin.answer, self.twin.answered)
 
     def _report(self, silence: float) -> None:
         """Publish the statuses; silence: s of wall time without a sample."""
         if self._newest_ns is None or self.twin is None:
             return
-        report, start = self.twin.report, (self._start_ns or 0) / 1e9
+        report, start = self.twin.latest_report(), (self._start_ns or 0) / 1e9
         behind = 0.0 if report is None else self._newest_ns / 1e9 - start - report.time
         failure = self._failure or (f"no diagnosis: {self.twin.failure}" if self.twin.failure else "")
         health = TwinHealth(behind, self._restarts, self.twin.asking, failure)

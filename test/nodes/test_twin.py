@@ -224,6 +224,18 @@ def test_diagnosis_is_published_when_it_changes(make_twin, heard, monkeypatch):
     assert heard[-1]["sensor"].level is Level.OK, "statuses are those of the twin's own report"
 
 
+def test_answer_that_comes_while_the_rig_is_silent_is_published(make_twin, monkeypatch):
+    node = make_twin()
+    feed(node, 1000.0, 6.0)
+    words: list[dict[str, object]] = []
+    monkeypatch.setattr(node._topics._diagnosis, "publish", lambda message: words.append(json.loads(message.data)))
+    change = Detection(1, 4.0, 2.0, (1.0, 3.0), "hook_load", "sensor", "step", 2.0, "", effects=("heave",))
+    monkeypatch.setattr(Twin, "detections", (change,))
+    for _ in range(2):
+        node._advance()
+    assert [[one["effects"] for one in word["detections"]] for word in words] == [[["heave"]]]
+
+
 def test_calibrated_rig_is_written_whole_or_not(make_twin, tmp_path: Path, repository: Path, monkeypatch):
     given = tmp_path / "rig.yaml"
     text = (repository / "config" / "rig.example.yaml").read_text()
