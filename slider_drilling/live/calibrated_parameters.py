@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from slider_drilling.control.slide_settings import SlideSettings
+from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level
 from slider_drilling.rig import Rig
@@ -54,6 +55,10 @@ def proposed_changes(state: LiveState) -> tuple[list[CalibratedParameter], list[
         return [], ["no rig file yet"]
     if not trends:
         return [], ["the twin has calibrated nothing yet"]
+    if not state.twin.compared:
+        return [], ["the twin still learns the rig"]
+    if state.twin.freshness() is Freshness.LOST:
+        return [], [f"the twin has said nothing for {state.twin.age():.0f} s"]
     known = {one.name: one for one in state.parameters() if one.node == CONTROLLER}
     changes, remarks = [], []
     for name, value in calibrated_values(trends, rig).items():

@@ -18,6 +18,7 @@ _ANSWERS: dict[str | None, str] = {
 """What is said of a change by the verdict of a diagnosis that names and suspects nothing."""
 # Where effects act, and the hydraulics, where faults of the circulation do.
 SITES = ("contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor")
+_BEHIND_S = 10.0  # up to which a twin keeps up: samples may come late
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ def _state(report: TwinReport, health: TwinHealth) -> Status:
     values = (("state", report.state), ("behind_s", f"{health.behind:.1f}"), ("restarts", str(health.restarts)),
               *((f"trend_{name}", f"{one.value:.4g}") for name, one in report.trends.items()))  # fmt: skip
     message = report.state + (f": {report.note}" if report.note else "")
+    if health.behind > _BEHIND_S:
+        message += f"; {health.behind:.0f} s behind the rig"
     if health.failure:
         return Status(Level.WARN, "state", f"{message}; {health.failure}", values)
     return Status(Level.OK, "state", message + ("; a diagnosis is under way" if health.asking else ""), values)

@@ -20,7 +20,7 @@ from slider_drilling.drillstring import VirtualRig
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetTarget
 from slider_drilling.live.server import Address, PageServer
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.twin import Twin, TwinReport
+from slider_drilling.twin import Twin, TwinReport, TwinSettings
 from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
 
@@ -31,7 +31,7 @@ class Slide:
         self.state = state
         rig = load_rig()
         self.rig, self.controller = VirtualRig(rig, elements=40), SlideController(rig)
-        self.twin = Twin(rig)
+        self.twin = Twin(rig, TwinSettings(learning=60.0))
         self.controller.tool_face_target = state.target = math.radians(45.0)
         state.set_rig(rig)
         state.recording = True

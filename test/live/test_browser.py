@@ -28,10 +28,10 @@ FRAMES = ".sd-instruments"
 
 @pytest.fixture(scope="module")
 def slide() -> Iterator[subprocess.Popen[str]]:
-    """A slide 320 s old, in real time; its first line is the page's address."""
+    """A slide 360 s old, in real time; its first line is the page's address."""
     program = Path(__file__).with_name("serve_slide.py")
     process = subprocess.Popen(
-        [sys.executable, program, "1", "320"],
+        [sys.executable, program, "1", "360"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

@@ -188,6 +188,7 @@ def test_silent_twin_ages() -> None:
 def with_trends(state: LiveState, friction: float, pressure: float) -> None:
     for bound in ("value", "lower", "upper"):
         state.twin.set_trends(bound, 10.0, {"friction": friction, "circulating_pressure": pressure, "motor_gain": 0.9})
+    state.twin.set_diagnosis('{"compared": true}')
 
 
 def declare(state: LiveState) -> None:
@@ -212,6 +213,20 @@ def test_calibrated_rig_sets_friction_and_pressure(state: LiveState) -> None:
         }
     )
     assert remarks == []
+
+
+def test_twin_that_learns_or_is_silent_proposes_nothing() -> None:
+    now = [0.0]
+    state = LiveState(lambda: now[0])
+    state.set_rig(load_rig())
+    declare(state)
+    with_trends(state, 1.2, 1.05)
+    state.twin.set_gaps(60, {"hook_load": 0.1})
+    assert len(proposed_changes(state)[0]) == 2
+    now[0] = 30.0
+    assert proposed_changes(state) == ([], ["the twin has said nothing for 30 s"])
+    state.twin.set_diagnosis('{"compared": false}')
+    assert proposed_changes(state) == ([], ["the twin still learns the rig"])
 
 
 def test_latched_load_check_is_not_released(state: LiveState) -> None:

@@ -63,6 +63,11 @@ def test_answer_without_a_name_is_said_in_words(verdict: str) -> None:
     assert len(answer.split()) > 3 and verdict != answer
 
 
+def test_twin_that_cannot_keep_up_says_so() -> None:
+    assert by_name()["state"].message == "watching"
+    assert by_name(health=replace(HEALTH, behind=40.0))["state"].message == "watching; 40 s behind the rig"
+
+
 LARGE = replace(PRESSURE, number=2, size=9.0, since=70.0)
 
 
