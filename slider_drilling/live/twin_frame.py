@@ -10,6 +10,7 @@ from slider_drilling.live.twin_state import TwinState
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import SI, Units, quantities_in
 
+_SAME_TIME = 0.5  # s, less than a text shows
 _TRENDS = ("friction", "motor_gain", "circulating_pressure", "string_stiffness")
 
 
@@ -78,6 +79,16 @@ def detection_label(one: Mapping[str, Any], units: Units = SI) -> str:
         return effects
     seen = units.convert_text(quantities_in(str(one.get("what") or one.get("site") or "a change")))
     return f"suspected: {suspected} ({seen})" if suspected else seen
+
+
+def answer_text(twin: TwinState, units: Units = SI) -> str:
+    """What the last diagnosis says by itself, and when; empty before the first."""
+    answer = twin.answer()
+    if answer is None:
+        return ""
+    start = float(twin.diagnosis().get("start") or 0.0)
+    counted = f", its times counted from {start:.0f} s" if abs(start) > _SAME_TIME else ""
+    return f"The last diagnosis, at {answer[0]:.0f} s{counted}: {units.convert_text(quantities_in(answer[1]))}"
 
 
 def _number(value: float) -> str:

@@ -12,7 +12,7 @@ from slider_drilling.live.calibrated_parameters import CalibratedParameter, prop
 from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.page_requests import DiagnoseNow, PageRequest, SetParameter
 from slider_drilling.live.state import LiveParameter, LiveState, zero_meaning
-from slider_drilling.live.twin_frame import detection_label, twin_json
+from slider_drilling.live.twin_frame import answer_text, detection_label, twin_json
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Units
 
@@ -49,6 +49,7 @@ class TwinPanel:
                 self._diagnose.props("dense no-caps outline data-name=diagnose").classes("sd-no-print")
                 self._use = ui.button("Use calibrated rig", icon="tune", on_click=self._confirm)
                 self._use.props("dense no-caps outline data-name=use-rig").classes("sd-no-print")
+            self._answer = ui.label("").props("data-name=answer").style("margin-bottom: .5rem")
             self._canvases = TwinCanvases()
         self._dialog = ui.dialog().props("data-name=confirm")
 
@@ -64,6 +65,8 @@ class TwinPanel:
         # Without a twin nothing looks for a gap: an empty strip "no change detected" would say that none is there.
         for part in (self._diagnose, self._use, self._canvases):
             part.set_visibility(freshness is not None)
+        self._answer.set_text(answer_text(twin, self._units))
+        self._answer.set_visibility(twin.answer() is not None and freshness is not Freshness.LOST)
         if twin.revision != self._shown:
             self._shown = twin.revision
             self._canvases.show(twin_json(twin, 0.0 if latest is None else latest.time, self._units))

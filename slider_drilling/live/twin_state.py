@@ -177,6 +177,14 @@ class TwinState:
         found = self.diagnosis().get("detections", [])
         return [one for one in found if isinstance(one, dict)][-MAX_DETECTIONS:]
 
+    def answer(self) -> tuple[float, str] | None:
+        """When the last diagnosis answered, s, and what it says by itself; None before the first."""
+        said = self.diagnosis()
+        answered, answer = said.get("answered"), said.get("answer")
+        if not isinstance(answered, (int, float)) or not isinstance(answer, dict):
+            return None
+        return answered, str(answer.get("summary", ""))
+
     def freshness(self) -> Freshness | None:
         """Whether the twin still speaks; None without one."""
         with self._lock:

@@ -14,7 +14,7 @@ SCHEMA = "slider_drilling/gap_diagnosis/1"
 def gap_diagnosis(
     report: TwinReport, start: float, answer: Mapping[str, Any] | None, answered: float | None
 ) -> dict[str, Any]:
-    """State, detections and the last answer; times are s of the rig's clock.
+    """State, detections and the last answer; times are s of the rig's clock, but those of the answer s since `start`.
 
     Args:
         report: The latest.
@@ -24,6 +24,7 @@ def gap_diagnosis(
     """
     return {
         "schema": SCHEMA,
+        "start": start,
         "state": report.state,
         "note": report.note,
         "compared": report.compared,

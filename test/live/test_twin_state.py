@@ -15,7 +15,7 @@ from slider_drilling.live.drilling_progress import DrillingProgress
 from slider_drilling.live.frame import drilling_figures, expected_json
 from slider_drilling.live.freshness import Freshness
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.live.twin_frame import detection_label, twin_json
+from slider_drilling.live.twin_frame import answer_text, detection_label, twin_json
 from slider_drilling.live.twin_state import MAX_EXPECTED, MAX_TREND_POINTS, TwinState
 from slider_drilling.units import FIELD, quantities_in
 
@@ -174,6 +174,17 @@ def test_unreadable_diagnosis_is_refused() -> None:
     for text in ("[1]", "{"):
         with pytest.raises(ValueError):
             TwinState().set_diagnosis(text)
+
+
+def test_page_says_what_a_diagnosis_answered() -> None:
+    twin = TwinState()
+    assert answer_text(twin) == ""
+    summary = "What is different: the torque reading is 900 N m too high. That explains 98 %."
+    twin.set_diagnosis(json.dumps({"answered": 1775.2, "answer": {"summary": summary}}))
+    assert answer_text(twin) == f"The last diagnosis, at 1775 s: {summary}"
+    assert "664 ft lbf too high" in answer_text(twin, FIELD)
+    twin.set_diagnosis(json.dumps({"start": 300.2, "answered": 2075.4, "answer": {"summary": summary}}))
+    assert answer_text(twin).startswith("The last diagnosis, at 2075 s, its times counted from 300 s: What")
 
 
 def test_silent_twin_ages() -> None:
