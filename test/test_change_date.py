@@ -115,6 +115,13 @@ def test_named_change_dates_itself_in_the_time_of_the_users_log(slide):
     assert found.change.log_start == 60.0 + Onset(200.0, 290.0).relative_to(60.0).simulated_from
 
 
+def test_pictures_and_remarks_have_the_times_of_the_users_log(slide):
+    found = _diagnosed(slide, Since(245.0, (200.0, 290.0), True, log_start=60.0), ("torque_sensor_bias",))
+    begin, source = found.change.log_start, found.log_checks[0].log.source
+    assert begin > 60.0 and all(trace.time[0] >= begin for trace in found.traces)
+    assert source.endswith(f", from {begin:.0f} s on") and any(source in str(remark) for remark in found.remarks)
+
+
 def test_name_that_does_not_rise_is_refused(slide, monkeypatch):
     held = ShareOverTime(*np.ones((3, 1)))
     flat = Rise(0.0, 0.02, -2.0, ChangeDate(100.0, (50.0, 150.0)), held)

@@ -22,6 +22,7 @@ from slider_drilling.diagnosis.change_sentences import moved_clause
 from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.diagnose_change import diagnose_change
 from slider_drilling.diagnosis.onset import Since
+from slider_drilling.diagnosis.page import report_page
 from slider_drilling.diagnosis.rig_changes import RIG_CHANGES, with_rig_changes
 from slider_drilling.diagnosis.sentences import summary
 from slider_drilling.diagnosis.to_json import to_json
@@ -30,6 +31,7 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.effects import EFFECTS, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Parameter
+from slider_drilling.log.time_window import cut_time_window
 
 BACKLASH = {"top_drive_backlash": {"angle": 0.4}}
 
@@ -110,6 +112,24 @@ def test_json_holds_the_change(baseline, washout):
     tree = to_json(washout)
     assert json.loads(json.dumps(tree, allow_nan=False))["change"]["baseline"] == list(baseline.sources)
     assert tree["change"]["since"] is None and tree["gap"]["nominal"] == tree["change"]["gap_before"]
+
+
+def test_ranking_marks_what_is_suspected(washout):
+    marked = {ranked.effect for ranked in washout.ranking if ranked.suspected}
+    assert marked == set(washout.suspected) & {ranked.effect for ranked in washout.ranking if ranked.parameters}
+
+
+def test_page_of_a_change_says_what_its_numbers_are_of(washout):
+    sections = {section.title: str(section) for section in report_page(washout).sections}
+    assert "Shares are of what calibrating again leaves." in sections["What has changed"]
+    assert "no fit has seen" not in sections["What has changed"] and "Before: calibrated" in sections["Parameters"]
+    assert "What an effect must pass before it is named" not in sections, "a change has other rules"
+
+
+def test_short_later_log_is_refused_before_the_baseline_is_fitted(logs, monkeypatch):
+    monkeypatch.setattr("slider_drilling.diagnosis.diagnose_change.fit_baseline", lambda *given: pytest.fail("fitted"))
+    with pytest.raises(InputError, match="20 s of top-drive motion: at least 30 s"):
+        diagnose_change([logs["before"]], [cut_time_window(logs["same"], 0.0, 20.0)], short_rig())
 
 
 def test_only_restricts_the_changes(baseline, logs):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis_example import worn_motor
 
-from slider_drilling.diagnosis.figures import intervals, waterfall
+from slider_drilling.diagnosis.figures import intervals, traces, waterfall
 from slider_drilling.diagnosis.page import report_page, whole_run_rows
 from slider_drilling.diagnosis.ranking_table import (
     CLOSES,
@@ -17,7 +18,7 @@ from slider_drilling.diagnosis.ranking_table import (
     share_cells,
     share_headers,
 )
-from slider_drilling.diagnosis.result import ClosedShare
+from slider_drilling.diagnosis.result import STAGE_NAMES, ChannelTrace, ClosedShare
 from slider_drilling.diagnosis.sentences import technical_summary
 from slider_drilling.gap import criteria_table
 from slider_drilling.pages import page_html
@@ -34,6 +35,14 @@ def test_page_begins_with_the_summary_and_marks_only_the_answer():
     assert "118 deg" in html
     assert "heave: not fitted." in html
     assert "klbf" in page_html(report_page(worn_motor()), FIELD)
+
+
+def test_no_line_joins_what_is_left_out():
+    time = np.concatenate([np.arange(300.0), np.arange(900.0, 1200.0)])
+    trace = ChannelTrace(0, "hook_load", "N", time, np.ones(600), {"nominal": np.zeros(600)})
+    (chart,) = traces([trace], STAGE_NAMES)
+    for line in (line for panel in chart.panels for line in panel.marks):
+        assert list(np.flatnonzero(np.isnan(line.y))) == [300]
 
 
 def test_page_ends_with_the_criteria_table():

@@ -180,14 +180,14 @@ def _print_ranking(diagnosis: Diagnosis, units: Units) -> None:
         share_headers,
         split_by_fitted,
     )
-    from slider_drilling.diagnosis.sentences import counted
+    from slider_drilling.diagnosis.sentences import about_shares
     from slider_drilling.units import displayed, sentence
 
     fitted, others = split_by_fitted(diagnosis.ranking)
     grouped = any(ranked.group for ranked in fitted)
     closes = share_headers(fitted)
     table = Table("effect", "site", *closes, "fitted", *(["indistinguishable from"] if grouped else []), "status")
-    table.title = str(counted(diagnosis))
+    table.title = str(about_shares(diagnosis))
     reasons = list(dict.fromkeys(why for ranked in fitted if not ranked.in_answer for why in ranked.why_not))
     for ranked in fitted:
         settings = ", ".join(

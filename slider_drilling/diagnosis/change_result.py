@@ -103,7 +103,7 @@ def _ranked(search: ChangeSearch, answer: ChangeAnswer, tried: TriedChange) -> R
     why_not = () if named else (failed or _why_not(tried, answer),)
     return RankedEffect(
         tried.effect.name, tried.effect.site, not failed, named, why_not, closed, interval, _effect_parameters(tried),
-        answer.group if named else (),
+        answer.group if named else (), suspected=tried.effect.name in answer.suspected,
     )  # fmt: skip
 
 

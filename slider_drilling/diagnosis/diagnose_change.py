@@ -70,6 +70,7 @@ def diagnose_change(
         InputError: A log is unusable, or too short.
     """
     started = clock.perf_counter()
+    long_enough(after, MIN_AFTER_S)  # before the baseline, which takes long
     progress("calibrating the baseline", 0.05)
     baseline = before
     if not isinstance(baseline, Baseline):
@@ -77,6 +78,9 @@ def diagnose_change(
     given = since or Since(None)
     part = _compared_part(after, rig, onset)
     calm = [from_calm_start(log, rig) for log in long_enough(part.logs, MIN_AFTER_S)]
+    begin = 0.0 if len(after) > 1 else given.log_start + (calm[0].start_ns - after[0].start_ns) / 1e9
+    if begin > 0.0:  # times of its checks and remarks count from there
+        calm = [replace(calm[0], source=f"{calm[0].source}, from {begin:.0f} s on")]
     progress("searching what has changed", 0.5)
     later = _later_string(calm, rig, baseline, whole[1] and part.begin == 0.0)
     model = _changed_string(compared_around(later.string, part.onset), baseline, only, part.onset)
@@ -89,8 +93,9 @@ def diagnose_change(
     answer, rise = _answer_that_rises(search, baseline, seed, after[0], rig, onset if given.found else None)
     remarks = (*rig_remarks(find_rig_source(after, rig), [own.log for own in later.checks], rig), *later.remarks)
     diagnosis = change_diagnosis(after, rig, later.checks, search, answer, baseline, remarks)
-    change = _change(answer, baseline, given, rise, part.begin)
-    return replace(diagnosis, change=change, runtime=clock.perf_counter() - started)
+    change = _change(answer, baseline, given, rise, begin)
+    traces = tuple(replace(trace, time=trace.time + begin) for trace in diagnosis.traces)
+    return replace(diagnosis, change=change, traces=traces, runtime=clock.perf_counter() - started)
 
 
 @dataclass(frozen=True)
@@ -184,12 +189,12 @@ def _changed_string(
 
 
 def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, rise: Rise | None, begin: float) -> Change:
-    """What the answer says of the change; the compared part begins so many s into the later log."""
+    """What the answer says of the change; the compared part begins so many s into the log that the user gave."""
     dated = _dated(rise, since)
     if dated is not None:
         since = replace(since, time=dated.since, interval=dated.interval)
     return Change(
-        baseline.sources, since.log_start + begin, since.time, since.interval, since.found, dated is not None,
+        baseline.sources, begin, since.time, since.interval, since.found, dated is not None,
         _held(rise, since), None if answer.named is None else answer.named.growing, answer.moved, answer.explained,
         answer.interval, baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing),
         baseline.values,

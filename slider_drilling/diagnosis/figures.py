@@ -24,6 +24,7 @@ _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}
 _LOW_SHARE, _HIGH_SHARE = -0.5, 1.2
 _LOG_AXIS_ABOVE = 8.0  # E
 _DOTS_BELOW = 200  # samples
+_LEFT_OUT = 5.0  # times the usual interval, between samples that no line joins
 
 
 _TITLE = "From the rig file as given to the final model"
@@ -97,8 +98,13 @@ def _along(title: str, label: str, rows: Sequence[Mapping[str, float]]) -> Chart
     return Chart(title, label, (Panel("share", (bars,)),))
 
 
-def intervals(ranking: Sequence[RankedEffect]) -> Chart | None:
-    """The share of the gap that each fitted effect closes, with its interval; an arrow if it leaves the axis."""
+def intervals(ranking: Sequence[RankedEffect], blocks: str = "stretches that no fit has seen") -> Chart | None:
+    """The share of the gap that each fitted effect closes, with its interval; an arrow if it leaves the axis.
+
+    Args:
+        ranking: The effects.
+        blocks: What the intervals are counted on.
+    """
     known = [(ranked, ranked.interval) for ranked in ranking if ranked.closed is not None and ranked.interval]
     if not known:
         return None
@@ -116,9 +122,7 @@ def intervals(ranking: Sequence[RankedEffect]) -> Chart | None:
     colours = tuple(GREEN if ranked.in_answer else GREY for ranked, _ in known)
     bars = Bars("", tuple(_name_with_known(ranked) for ranked, _ in known), np.array(length), colours, tuple(text),
                 base=np.array(base), horizontal=True)  # fmt: skip
-    caption = (
-        "95 % intervals on stretches that no fit has seen. Green: in the answer. An arrow continues beyond the axis."
-    )
+    caption = f"95 % intervals on {blocks}. Green: in the answer. An arrow continues beyond the axis."
     if any(ranked.known_before for ranked, _ in known):
         caption += ' "After" an effect: share of the gap that this effect leaves.'
     panel = Panel("", (bars,), height=max(0.3 * len(known), 1.0))
@@ -187,14 +191,24 @@ def traces(channels: Sequence[ChannelTrace], stages: Mapping[str, str]) -> list[
         name = plain_name(trace.channel)
         style: Style = "dots" if trace.time.size < _DOTS_BELOW else "line"
         simulated = [(stages[stage], values, _COLOURS[stage]) for stage, values in trace.simulated.items()]
-        upper = [Line("measured", trace.time, factor * trace.measured, style, INK)]
-        upper += [Line(label, trace.time, factor * values, "line", colour) for label, values, colour in simulated]
-        lower = [
-            Line(label, trace.time, factor * (trace.measured - values), style, colour)
+        measured = trace.measured if style == "dots" else _broken(trace.time, trace.measured)
+        upper = [Line("measured", trace.time, factor * measured, style, INK)]
+        upper += [
+            Line(label, trace.time, factor * _broken(trace.time, values), "line", colour)
             for label, values, colour in simulated
+        ]
+        lower = [
+            Line(label, trace.time, factor * (measured - values), style, colour) for label, values, colour in simulated
         ]
         panels = (Panel(f"{name}, {unit}", tuple(upper), height=1.4), Panel(f"difference, {unit}", tuple(lower)))
         title = f"Log {trace.run + 1}: {name}" if several else name.capitalize()
         end = () if trace.fitted_until is None else ((trace.fitted_until, "not fitted from here"),)
         charts.append(Chart(title, "time, s", panels, vertical_lines=end, wide=True))
     return charts
+
+
+def _broken(time: Array, values: Array) -> Array:
+    """Values (n,) of a line with NaN where samples before them are left out: the line is broken there."""
+    interval = np.diff(time)
+    far = interval > _LEFT_OUT * np.median(interval) if interval.size else np.zeros(0, dtype=bool)
+    return np.where(np.concatenate([[False], far]), np.nan, values)

@@ -10,6 +10,7 @@ from slider_drilling.diagnosis.figures import held_share, intervals, shape, trac
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import (
+    about_shares,
     counted,
     model_error_allowed,
     prediction_horizon,
@@ -180,15 +181,16 @@ def _which(diagnosis: Diagnosis) -> list[Section]:
     closes = share_headers(fitted)
     header = ("effect", "site", *closes, "fitted", "indistinguishable from", "status")
     rows = tuple(_effect_row(ranked, closes) for ranked in fitted)
-    items: list[Text | Table | Chart] = [Table(header, rows, counted(diagnosis))]
+    items: list[Text | Table | Chart] = [Table(header, rows, about_shares(diagnosis))]
     if others:
         items.append(others)
-    figure = intervals(diagnosis.ranking)
+    changed = diagnosis.change is not None
+    figure = intervals(diagnosis.ranking, "blocks of 20 s") if changed else intervals(diagnosis.ranking)
     if figure is not None:
         items.append(replace(figure, caption=counted(diagnosis, figure.caption)))
     if diagnosis.residual_shape is not None:
         items.append(shape(diagnosis.residual_shape))
-    return [Section("Which effect causes it", tuple(items))]
+    return [Section("What has changed" if changed else "Which effect causes it", tuple(items))]
 
 
 def _effect_row(ranked: RankedEffect, closes: tuple[str, ...]) -> tuple[Cell, ...]:
@@ -219,9 +221,9 @@ def _interval(fitted: FittedParameter) -> Text:
 def _traces(diagnosis: Diagnosis) -> list[Section]:
     if not diagnosis.traces:
         return []
+    log = "whole log" if diagnosis.change is None else "compared part of the log"
     about = (
-        "One free simulation of the whole log with each stage's parameters; below each channel, measured minus "
-        "simulated."
+        f"One free simulation of the {log} with each stage's parameters; below each channel, measured minus simulated."
     )
     return [Section("Measured and simulated", (about, *traces(diagnosis.traces, diagnosis.stage_names)))]
 
@@ -236,8 +238,10 @@ def _parameters(diagnosis: Diagnosis) -> list[Section]:
         rows.append((name, displayed(fitted.value, fitted.unit), displayed(fitted.nominal, fitted.unit), span))
     if not rows:
         return []
-    caption = "A parameter without unit whose nominal value is 1 multiplies the rig file's value."
-    return [Section("Parameters", (Table(("parameter", "value", "nominal", "95 %"), tuple(rows), caption),))]
+    before, caption = "nominal", "A parameter without unit whose nominal value is 1 multiplies the rig file's value."
+    if diagnosis.change is not None:
+        before, caption = "before", "Before: calibrated to the baseline."
+    return [Section("Parameters", (Table(("parameter", "value", before, "95 %"), tuple(rows), caption),))]
 
 
 def _next(diagnosis: Diagnosis) -> list[Section]:
@@ -250,8 +254,8 @@ def _next(diagnosis: Diagnosis) -> list[Section]:
 
 
 def _criteria(diagnosis: Diagnosis) -> list[Section]:
-    """The rules that the engine applies to every effect."""
-    if not diagnosis.ranking:
+    """The rules that the engine applies to every effect; a change has others."""
+    if not diagnosis.ranking or diagnosis.change is not None:
         return []
     header = ("criterion", "what is tested", "threshold", "message if it fails", "why the criterion exists")
     table = Table(header, tuple(tuple(row) for row in criteria_table()))

@@ -154,6 +154,12 @@ def while_fed_back(diagnosis: Diagnosis) -> str:
     return "" if fed is None else f" while the measured {plain_name(fed)} is fed back"
 
 
+def about_shares(diagnosis: Diagnosis) -> Text:
+    """The caption of the ranking: what its shares are of, and what is fed back in the runs that they count."""
+    of_change = "Shares are of what calibrating again leaves." if diagnosis.change is not None else ""
+    return counted(diagnosis, of_change)
+
+
 def counted(diagnosis: Diagnosis, caption: Text = "") -> Text:
     """The caption of E or of shares, with what is fed back in the runs that they count."""
     clause = while_fed_back(diagnosis)
