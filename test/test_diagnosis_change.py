@@ -126,6 +126,19 @@ def test_page_of_a_change_says_what_its_numbers_are_of(washout):
     assert "What an effect must pass before it is named" not in sections, "a change has other rules"
 
 
+def test_unknown_change_says_where_before_it_says_that_no_change_explains_it(washout):
+    unknown = replace(washout, verdict="unknown", site="motor", effects=())
+    assert str(summary(unknown)).startswith(
+        "Something is different, most likely at the mud motor; no known change explains it. The error is "
+    )
+
+
+def test_page_says_that_the_baseline_is_the_same_log(washout):
+    assert dict(report_page(washout).facts)["baseline"] == "before.mcap"
+    split = replace(washout, change=replace(washout.change, baseline=washout.logs))
+    assert dict(report_page(split).facts)["baseline"] == "the same log, before the change"
+
+
 def test_short_later_log_is_refused_before_the_baseline_is_fitted(logs, monkeypatch):
     monkeypatch.setattr("slider_drilling.diagnosis.diagnose_change.fit_baseline", lambda *given: pytest.fail("fitted"))
     with pytest.raises(InputError, match="20 s of top-drive motion: at least 30 s"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from slider_drilling.diagnosis.change import Change
 from slider_drilling.diagnosis.change_answer import ChangedParameter
+from slider_drilling.diagnosis.effect_phrases import SITES
 from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
@@ -32,9 +33,9 @@ def change_summary(diagnosis: Diagnosis, named: Text) -> Sentence:
     if diagnosis.verdict == "none":
         return sentence("Nothing is different: the simulation fits this log as well as it fitted the baseline.")
     if diagnosis.verdict == "unknown":
-        where = "" if diagnosis.site is None else f", most likely at the {plain_name(diagnosis.site)}"
+        where = "" if diagnosis.site is None else f", most likely at {SITES.get(diagnosis.site, diagnosis.site)}"
         return sentence(
-            f"Something is different{_since(change)}, and no known change explains it{where}. ", _size(change), "."
+            f"Something is different{_since(change)}{where}; no known change explains it. ", _size(change), "."
         )
     if diagnosis.verdict == "parameters":
         if not change.moved:

@@ -66,7 +66,9 @@ def _facts(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
         ("rig file", f"{diagnosis.rig_source.name} ({diagnosis.rig_source.source})"),
     ]
     if diagnosis.change is not None:
-        facts.insert(1, ("baseline", ", ".join(Path(log).name for log in diagnosis.change.baseline)))
+        earlier = ", ".join(Path(log).name for log in diagnosis.change.baseline)
+        same = diagnosis.change.baseline == diagnosis.logs
+        facts.insert(1, ("baseline", "the same log, before the change" if same else earlier))
     if diagnosis.site is not None:
         facts.append(("site", plain_name(diagnosis.site)))
     if diagnosis.runtime:
