@@ -91,7 +91,7 @@ class DetectionLog:
         compared = COMPARED[found.channel]
         detection = Detection(
             len(self.detections) + 1, now, since, interval, found.channel, compared.sensor_site, found.kind,
-            found.size, f"two regular checks name the same change, mostly in the {compared.title}",
+            found.size, f"two regular checks found the same change, mostly in the {compared.title}",
         )  # fmt: skip
         change = FeatureChange(0.0, since, interval, found.kind, found.size, in_operation=False)
         self._add(detection, Alarm(now, found.channel, _NO_FEATURE, change))
