@@ -153,7 +153,8 @@ class PageView:
         self._instruments.keep_alive()
         for notice in self._state.notices_after(self._last_notice):
             self._last_notice = notice.number
-            ui.notify(notice.text, type="positive" if notice.success else "negative", timeout=6000)
+            text = self._units.convert_text(quantities_in(notice.text))
+            ui.notify(text, type="positive" if notice.success else "negative", timeout=6000)
 
     def _show_facts(self) -> None:
         state, latest = self._state, self._state.latest_sample()

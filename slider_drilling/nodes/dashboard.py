@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -38,7 +38,7 @@ from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.twin_subscriptions import subscribe_to_twin
 from slider_drilling.plain_names import plain_name
 from slider_drilling.rig import parse_rig
-from slider_drilling.units import UNITS
+from slider_drilling.units import UNITS, display_unit
 
 CONTROLLER, RECORDER, TWIN = "rocking_controller", "recorder", "twin"
 ADJUSTABLE_NODES = (CONTROLLER, "friction_simulator")
@@ -133,7 +133,7 @@ class Dashboard(GuardedNode):
                 done = f"target {math.degrees(request.target):.1f} deg"
                 self._set_parameter(CONTROLLER, "tool_face_target", request.target, done)
             elif isinstance(request, SetParameter):
-                done = f"{request.name} = {request.value:g}"
+                done = _change(request, self.state.parameters())
                 self._set_parameter(request.node, request.name, request.value, done)
             elif isinstance(request, SetRocking):
                 self._trigger(f"{CONTROLLER}/{'start_rocking' if request.on else 'stop_rocking'}")
@@ -213,6 +213,13 @@ class Dashboard(GuardedNode):
 
         request = GetParameters.Request(names=[parameter.name for parameter in parameters])
         self._call(GetParameters, f"{node}/get_parameters", request, on_answer, quiet=True)
+
+
+def _change(request: SetParameter, known: Sequence[LiveParameter]) -> str:
+    """How a notice names a change of a parameter, in the units of texts."""
+    of = (request.node, request.name)
+    unit, factor = display_unit(next((each.unit for each in known if (each.node, each.name) == of), "-"))
+    return f"{request.name} = {request.value * factor:.4g}" + ("" if unit == "-" else f" {unit}")
 
 
 def _live_parameter(node: str, descriptor: ParameterDescriptor) -> LiveParameter:

@@ -27,7 +27,7 @@ from turning import turn
 from slider_drilling.errors import InputError
 from slider_drilling.live import server as serve
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
-from slider_drilling.live.state import LiveState
+from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.log import read_log
 from slider_drilling.nodes import dashboard, raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
@@ -254,3 +254,10 @@ def test_taken_port_is_refused(namespace: str) -> None:
         taken.listen()
         with pytest.raises(InputError, match="choose another"):
             serve._listen(serve.Address(port=taken.getsockname()[1]))
+
+
+def test_notice_of_a_parameter_has_its_unit() -> None:
+    pressure = LiveParameter("rocking_controller", "off_bottom_pressure", 0.0, "Pa", 0.0, 1e8, "")
+    change = SetParameter("rocking_controller", "off_bottom_pressure", 1.799e7)
+    assert dashboard._change(change, [pressure]) == "off_bottom_pressure = 179.9 bar"
+    assert dashboard._change(SetParameter("rocking_controller", "gain", 99.0), []) == "gain = 99"
