@@ -152,6 +152,17 @@ def test_pressure_far_below_rig_file_stops_lowering():
     assert follow(controller, 60.0, 90.0, standpipe_pressure=0.8 * 1.8e7)[-1].block_speed > 0.0
 
 
+def test_another_friction_factor_on_bottom_tares_nothing():
+    controller = SlideController(RIG)
+    assert follow(controller, 90.0)[-1].block_speed > 0.0
+    loaded = {"hook_load": 5e5, "standpipe_pressure": 1.9e7}
+    follow(controller, 30.0, 90.0, **loaded)
+    controller.configure(dataclasses.replace(controller.settings, friction_factor=0.3))
+    follow(controller, 20.0, 120.0, **loaded)
+    assert controller._amplitude.testing, "another friction factor repeats the breakover test"
+    assert controller._block.drag.deficit(5e5) == pytest.approx(1e5, rel=0.01)
+
+
 @pytest.mark.parametrize("build", [SlideController, lambda rig: load_controller(DEFAULT_CONTROLLER, rig)])
 def test_slow_sensors_are_refused(build):
     slow = dataclasses.replace(RIG, sensors=dataclasses.replace(RIG.sensors, rate=1.0))

@@ -96,6 +96,7 @@ class SlideController:
         self._load = LoadSupervision(rig, settings, self._block, self._state.pressure)
         self._permission = Permission(False, False, True)
         self._block_command = 0.0   # m/s, without heave compensation
+        self._is_tested = False   # whether a breakover test off bottom has ended
         self._reference: RockingReference | None = None   # made at the first step
         self._target = tool_face_target            # rad, on the turn nearest to the toolface
         self._requested_target = tool_face_target  # rad, that `_target` was made from
@@ -131,7 +132,7 @@ class SlideController:
     def step(self, measurements: Measurements) -> RigCommand:
         """Return the next point of the rocking reference, the block speed and the pump speed."""
         state = self._state
-        state.read(measurements, self._amplitude.testing)
+        state.read(measurements, self._hangs)
         reference = self._started_reference()
         cycle = self._estimate_tool_face(measurements, reference)
         tracking_error = state.monitor.value["top_drive_angle"] - reference.angle
@@ -143,9 +144,10 @@ class SlideController:
             state.tool_face.replaced_by)
         self._adapt_to_drag()
         if self._amplitude.testing:
-            if cycle is not None:
+            if cycle is not None and self._hangs:
                 self._load.take_unloaded(cycle)
         else:
+            self._is_tested = True
             lead = self._centre.lead(self.error, state.tool_face, self._amplitude) if state.tool_face.known else 0.0
             self._load.update(state, self._block, cycle, self.error, lead)
         self._rock(reference)
@@ -194,6 +196,11 @@ class SlideController:
         if changed or abs(self._target - tool_face) > _LOST_TURN:
             self._requested_target = self.tool_face_target
             self._target = tool_face + math.remainder(self._requested_target - tool_face, 2.0 * math.pi)
+
+    @property
+    def _hangs(self) -> bool:
+        """Whether the string hangs off bottom, as in the first breakover test; a later one finds it on bottom."""
+        return self._amplitude.testing and not self._is_tested
 
     @property
     def error(self) -> float:
@@ -245,7 +252,8 @@ class SlideController:
         state, block, step = self._state, self._block, self._state.monitor.step
         estimator, pressure, hook_load = state.tool_face, state.pressure.smooth, state.monitor.fresh("hook_load")
         if self._amplitude.testing:
-            block.drag.tare(hook_load, step)
+            if self._hangs:
+                block.drag.tare(hook_load, step)
             return
         string = estimator.filter
         block.update_drag(hook_load, pressure, string.estimate, self._amplitude.test.friction_scale, step)

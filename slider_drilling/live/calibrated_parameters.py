@@ -15,6 +15,10 @@ from slider_drilling.rig import Rig
 CONTROLLER = "rocking_controller"
 # Statuses of the load check. Another off-bottom pressure releases them, and a washout looks like one.
 _LOAD_CHECK = ("off_bottom_pressure", "load_channels")
+_CONSEQUENCES = {
+    "friction_factor": "The controller repeats its breakover test with it, and does not lower meanwhile.",
+    "off_bottom_pressure": "The load check learns again how pressure, torque and hook load agree.",
+}
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,11 @@ class CalibratedParameter:
 
     parameter: LiveParameter
     value: float
+
+    @property
+    def consequence(self) -> str:
+        """What the controller does with another value."""
+        return _CONSEQUENCES[self.parameter.name]
 
 
 def calibrated_values(trends: Mapping[str, tuple[float, float, float]], rig: Rig) -> dict[str, float]:

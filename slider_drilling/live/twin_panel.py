@@ -94,6 +94,7 @@ class TwinPanel:
             ui.label("Set the controller's parameters to what the twin has calibrated?").classes("sd-heading")
             for change in changes:
                 ui.label(self._change_text(change)).props("data-name=change")
+                ui.label(change.consequence).classes("sd-help")
             for remark in remarks:
                 ui.label(remark).classes("sd-help")
             with ui.element("div").classes("sd-row"):

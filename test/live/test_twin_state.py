@@ -224,6 +224,7 @@ def test_calibrated_rig_sets_friction_and_pressure(state: LiveState) -> None:
         }
     )
     assert remarks == []
+    assert all(one.consequence for one in changes), "a driller confirms what the controller will do"
 
 
 def test_twin_that_learns_or_is_silent_proposes_nothing() -> None:

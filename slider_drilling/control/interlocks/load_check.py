@@ -275,8 +275,9 @@ class LoadCheck:
         beyond = conditions.loaded and agree and not self.holds and (jumped or not low <= drag <= high)
         self._hook_beyond_for = self._hook_beyond_for + sample.duration if beyond else 0.0
         if self._hook_beyond_for >= _CONFIRM_TIME:
+            known = f"{self.weight / 1e3:.0f} kN" if math.isfinite(self.weight) else "unknown"
             self.trip = LoadTrip(
-                LoadFault.HOOK_LOAD, f"weight by hook load {self.weight / 1e3:.0f} kN, by pressure and torque "
+                LoadFault.HOOK_LOAD, f"weight by hook load {known}, by pressure and torque "
                 f"{weight / 1e3:.0f} kN; {drag / 1e3:.0f} kN of drag would be left")
 
     def _pressure_or_torque(self) -> LoadTrip:
