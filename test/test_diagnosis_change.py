@@ -143,6 +143,8 @@ def test_short_later_log_is_refused_before_the_baseline_is_fitted(logs, monkeypa
     monkeypatch.setattr("slider_drilling.diagnosis.diagnose_change.fit_baseline", lambda *given: pytest.fail("fitted"))
     with pytest.raises(InputError, match="20 s of top-drive motion: at least 30 s"):
         diagnose_change([logs["before"]], [cut_time_window(logs["same"], 0.0, 20.0)], short_rig())
+    with pytest.raises(InputError, match="no top-drive motion: at least 30 s"):
+        diagnose_change([logs["before"]], [replace(logs["same"], top_drive=None)], short_rig())
 
 
 def test_only_restricts_the_changes(baseline, logs):

@@ -172,9 +172,8 @@ def long_enough(logs: Sequence[RigLog], least: float) -> Sequence[RigLog]:
         series = log.top_drive
         length = 0.0 if series is None or not series.time.size else float(series.time[-1] - series.time[0])
         if length < least:
-            raise InputError(
-                f"{log.source}: {length:.0f} s of top-drive motion: at least {least:.0f} s are needed here"
-            )
+            held = f"{length:.0f} s of top-drive motion" if length else "no top-drive motion"
+            raise InputError(f"{log.source}: {held}: at least {least:.0f} s are needed here")
     return logs
 
 
