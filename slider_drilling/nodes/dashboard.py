@@ -219,7 +219,7 @@ def _change(request: SetParameter, known: Sequence[LiveParameter]) -> str:
     """How a notice names a change of a parameter, in the units of texts."""
     of = (request.node, request.name)
     unit, factor = display_unit(next((each.unit for each in known if (each.node, each.name) == of), "-"))
-    return f"{request.name} = {request.value * factor:.4g}" + ("" if unit == "-" else f" {unit}")
+    return f"{request.name} = {request.value * factor:.6g}" + ("" if unit == "-" else f" {unit}")
 
 
 def _live_parameter(node: str, descriptor: ParameterDescriptor) -> LiveParameter:
