@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from slider_drilling.clock_time import time_of_day
 from slider_drilling.live.twin_state import TwinState
 from slider_drilling.plain_names import plain_name
 from slider_drilling.units import SI, Units, quantities_in
@@ -87,8 +88,8 @@ def answer_text(twin: TwinState, units: Units = SI) -> str:
     if answer is None:
         return ""
     start = float(twin.diagnosis().get("start") or 0.0)
-    counted = f", its times counted from {start:.0f} s" if abs(start) > _SAME_TIME else ""
-    return f"The last diagnosis, at {answer[0]:.0f} s{counted}: {units.convert_text(quantities_in(answer[1]))}"
+    counted = f", its times counted from {time_of_day(start)}" if abs(start) > _SAME_TIME else ""
+    return f"The last diagnosis, at {time_of_day(answer[0])}{counted}: {units.convert_text(quantities_in(answer[1]))}"
 
 
 def _number(value: float) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from slider_drilling.clock_time import time_of_day
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.plain_names import plain_name
@@ -94,7 +95,7 @@ def _severity(detection: Detection) -> tuple[bool, bool, float, int]:
 
 def describe(detection: Detection, start: float) -> str:
     """What changed, since when, and the named or suspected effect, in one line."""
-    since = f"since {start + detection.since:.0f} s"
+    since = f"since {time_of_day(start + detection.since)}"
     if detection.effects:
         return f"{_words(detection.effects)} {since}: {detection.what}"
     if detection.suspected:

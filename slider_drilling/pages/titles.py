@@ -6,10 +6,9 @@ import datetime
 import math
 from collections.abc import Sequence
 
+from slider_drilling.clock_time import has_date
 from slider_drilling.rig import Rig
 from slider_drilling.units import Quantity, Text, sentence
-
-_FIRST_REAL = 946684800.0  # 2000-01-01: earlier stamps count from the start of a simulation
 
 
 def well_name(rig: Rig | None) -> Text:
@@ -30,7 +29,7 @@ def utc_time(start: float, recorded: str = "") -> str:
         start: Epoch seconds of the first sample.
         recorded: ISO 8601 time of the recording, used if ``start`` is a simulated clock.
     """
-    if start >= _FIRST_REAL:
+    if has_date(start):
         moment = datetime.datetime.fromtimestamp(start, datetime.timezone.utc)
     else:
         try:

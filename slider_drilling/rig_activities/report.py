@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.clock_time import has_date
 from slider_drilling.columns import Columns
 from slider_drilling.pages import Bars, Chart, Headline, Line, Page, Panel, Quantity, Section, Table
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, INK, PURPLE, RED, SKY
@@ -33,12 +34,11 @@ COLOURS = {ROTATING: BLUE, SLIDING: GREEN, ROCKING: PURPLE, CONNECTION: GREY, TR
            OFF_BOTTOM: RED, NOT_RECORDED: INK}  # fmt: skip
 ACTIVITY_HEADER = ("start", "time, min", "activity", "bit from, m", "bit to, m", "drilled, m", "rate, m/h")
 TOTAL_HEADER = ("activity", "stretches", "time, h", "share, %", "drilled, m", "rate, m/h")
-_FIRST_REAL = 946684800.0  # 2000-01-01: earlier stamps count from the start of a recording
 
 
 def clock(day: DaySplit, seconds: float) -> str:
     """Time of day in UTC, or hours since the log's start where its clock has no date: "14:05:10"."""
-    if day.start >= _FIRST_REAL:
+    if has_date(day.start):
         return f"{datetime.datetime.fromtimestamp(day.start + seconds, datetime.timezone.utc):%H:%M:%S}"
     whole = round(seconds)
     return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
@@ -135,7 +135,7 @@ def activities_page(day: DaySplit) -> Page:
     slides: tuple[Any, ...] = (slide_table(day), _SLIDE_NOTE) if day.slides else ("No slide was found.",)
     moment = f"{datetime.datetime.fromtimestamp(day.start, datetime.timezone.utc):%-d %b %Y, %H:%M} UTC"
     return Page(
-        "Activities", moment if day.start >= _FIRST_REAL else Path(day.source).name,
+        "Activities", moment if has_date(day.start) else Path(day.source).name,
         (
             Section("", (day_chart(day),)),
             Section("Slides", slides),

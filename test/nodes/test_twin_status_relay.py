@@ -35,7 +35,7 @@ def by_name(*detections: Detection, health: TwinHealth = HEALTH) -> dict[str, St
 
 def test_site_says_level_reason_and_since() -> None:
     status = by_name(PRESSURE)["hydraulics"]
-    assert (status.level, status.message) == (Level.WARN, "standpipe pressure 3.2 bar lower, since 1700000060 s")
+    assert (status.level, status.message) == (Level.WARN, "standpipe pressure 3.2 bar lower, since 22:14:20 UTC")
     values = dict(status.values)
     assert (values["since_s"], values["since_low_s"], values["detected_s"]) == (
         "1700000060.0",
@@ -50,7 +50,7 @@ def test_named_effect_is_an_error() -> None:
     status = by_name(WASHOUT)["hydraulics"]
     assert (status.level, status.message) == (
         Level.ERROR,
-        "washout since 1700000060 s: standpipe pressure 3.2 bar lower",
+        "washout since 22:14:20 UTC: standpipe pressure 3.2 bar lower",
     )
     suspected = by_name(Detection(**{**vars(PRESSURE), "suspected": ("motor_wear",)}))["hydraulics"]
     assert suspected.level is Level.WARN and suspected.message.endswith("suspected: motor wear")
@@ -77,7 +77,7 @@ def test_site_shows_the_most_severe_change_and_how_many_others_stand(order: tupl
     found = [PRESSURE, LARGE, small]
     status = by_name(*(found[k] for k in order))["hydraulics"]
     assert dict(status.values)["size_noise_levels"] == "9.00" and dict(status.values)["changes"] == "3"
-    assert status.message.endswith("since 1700000070 s; 2 other changes there")
+    assert status.message.endswith("since 22:14:30 UTC; 2 other changes there")
     named = by_name(*(found[k] for k in order), replace(WASHOUT, number=4))["hydraulics"]
     assert named.level is Level.ERROR and named.message.startswith("washout")
     assert named.message.endswith("; 3 other changes there")
@@ -169,7 +169,7 @@ def test_controller_repeats_a_washout(relay: TwinStatusRelay) -> None:
     relay.take(sent(WASHOUT))
     (status,) = relay.statuses()
     assert status.level is Level.WARN, "the twin stops nothing"
-    assert status.message == "the twin says: washout since 1700000060 s: standpipe pressure 3.2 bar lower"
+    assert status.message == "the twin says: washout since 22:14:20 UTC: standpipe pressure 3.2 bar lower"
 
 
 def test_other_changes_are_not_repeated(relay: TwinStatusRelay) -> None:
