@@ -15,7 +15,7 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.console.printable import printable
-from slider_drilling.console.results import reserve_until_exit
+from slider_drilling.console.results import reserve_until_exit, results_stream
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import remove_empty_folders
 from slider_drilling.process.environment_variables import check_variables
@@ -209,7 +209,7 @@ def _fail_for_short_file(error: EOFError) -> NoReturn:
 def _silence_stdout() -> None:
     """Keep the interpreter's flush at exit from reporting a closed output again."""
     with contextlib.suppress(OSError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), results_stream().fileno())
 
 
 def _open_streams() -> None:

@@ -135,6 +135,12 @@ def test_full_disk_names_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert "No space left on device" in said
 
 
+def test_full_disk_is_named_while_stdout_is_kept_for_json(repository: Path) -> None:
+    with open("/dev/full", "wb") as full:
+        answer = run_cli("closed-loop", "--list", "--json", folder=repository, output=full.fileno())
+    assert (answer.returncode, answer.stderr) == (2, "slider-drilling: No space left on device\n")
+
+
 def test_cut_off_module_is_no_interrupt(capsys: pytest.CaptureFixture[str]) -> None:
     def body() -> None:
         marshal.loads(marshal.dumps((1, 2))[:-1])
