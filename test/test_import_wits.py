@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import socket
+import struct
+import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +20,7 @@ from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
 from slider_drilling.table_import import import_table, read_table
-from slider_drilling.table_import.live_wits import record_wits
+from slider_drilling.table_import.live_wits import open_stream, record_wits
 
 WITS = "".join(f"&&\r\n0105240312\r\n01061458{k:02d}\r\n0114{200 + k}\r\n0120-9999\r\n!!\r\n" for k in range(3))
 
@@ -46,6 +50,35 @@ def test_wits_from_a_tcp_stream(tmp_path: Path) -> None:
     assert answer.exit_code == 0
     np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
     assert (tmp_path / "live.wits").read_bytes() == WITS.encode()
+
+
+def test_lost_connection_is_named() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"wits://127.0.0.1:{server.getsockname()[1]}"
+        with open_stream(address) as receive:
+            connection, _ = server.accept()
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            connection.close()
+            with pytest.raises(InputError, match=f"{address}: the connection was lost"):
+                receive()
+
+
+def test_closed_standard_input_is_an_ended_stream(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python has no sys.stdin then; the command line has put /dev/null in its place."""
+    monkeypatch.setattr(sys, "stdin", None)
+    with open(os.devnull, "rb") as null, moved_to(0, null.fileno()), open_stream("-") as receive:
+        assert receive() == b""
+
+
+@contextmanager
+def moved_to(descriptor: int, source: int) -> Iterator[None]:
+    kept = os.dup(descriptor)
+    os.dup2(source, descriptor)
+    try:
+        yield
+    finally:
+        os.dup2(kept, descriptor)
+        os.close(kept)
 
 
 def test_wits_from_a_serial_line(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from slider_drilling.errors import InputError
 
+_STANDARD_INPUT = 0  # its descriptor is open even where the caller has closed it, see `cli`
 _BLOCK = 65_536
 _WAIT_S = 0.5  # between two looks at the clock
 _BAUD = 9600
@@ -72,9 +73,7 @@ def _blocks(receive: Callable[[], bytes | None], until: float | None) -> Iterato
 def open_stream(address: str) -> Iterator[Callable[[], bytes | None]]:
     """A function that returns what a stream has sent; None after a wait without data, empty at its end."""
     if address == "-":
-        import sys
-
-        yield lambda: os.read(sys.stdin.fileno(), _BLOCK)
+        yield lambda: os.read(_STANDARD_INPUT, _BLOCK)
         return
     parts = urlsplit(address)
     if parts.scheme == "serial":
@@ -98,6 +97,8 @@ def open_stream(address: str) -> Iterator[Callable[[], bytes | None]]:
                 return connection.recv(_BLOCK)
             except TimeoutError:
                 return None
+            except OSError as error:
+                raise _lost(address, error) from None
 
         yield receive
 
@@ -114,5 +115,16 @@ def _serial(address: str, device: str, query: dict[str, list[str]]) -> Iterator[
         line = serial.Serial(device, baud, timeout=_WAIT_S)
     except (ValueError, OSError) as error:
         raise InputError(f"{address}: cannot open this serial line: {error}") from None
+
+    def receive() -> bytes | None:
+        try:
+            return line.read(max(line.in_waiting, 1)) or None
+        except OSError as error:
+            raise _lost(address, error) from None
+
     with line:
-        yield lambda: line.read(max(line.in_waiting, 1)) or None
+        yield receive
+
+
+def _lost(address: str, error: OSError) -> InputError:
+    return InputError(f"{address}: the connection was lost: {error.strerror or error}; start it again")
