@@ -113,15 +113,16 @@ def command(
         lines = JsonLines(twin) if as_json else TableLines(twin, units)
         try:
             watch(twin, feed, lines.show, source=source_name(source))
-        except KeyboardInterrupt:
-            # The usual end of a stream.
+        except (InputError, KeyboardInterrupt):
+            # The usual end of a stream, or one that cannot go on, such as after its clock was set back.
+            lines.end()
             if save_rig is not None:
                 unsaved = _save_rig(twin, save_rig)
                 print_note(f"{save_rig}: {'not written: the rig is not learnt' if unsaved else 'the calibrated rig'}")
             raise
         finally:
             twin.close()
-            lines.end()
+        lines.end()
     if save_rig is not None and (why := _save_rig(twin, save_rig)):
         raise InputError(why)
     return 0

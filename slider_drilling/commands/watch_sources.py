@@ -52,12 +52,14 @@ def open_feed(
     if follow or recording_grows(path):
         _await_first_file(path)
         topics = NO_TOPICS if topics_path is None else read_topic_map(topics_path)
-        recording = RecordingFeed(RecordingFollower(path, namespace, topics), follow)
+        recording = RecordingFeed(RecordingFollower(path, namespace, topics), follow, print_note)
         first: list[Samples] = []
         rig = load_rig(rig_path) if rig_path is not None else _rig_of(recording, source, first)
         yield CheckedFeed(_WithFirst(recording, first), source, print_note), rig, False
         return
     log = read_log(path, rig_path, namespace, topics_path)
+    for note in log.notes:
+        print_note(f"{log.source}: {note}")
     yield LogFeed(log), log.rig(), True
 
 

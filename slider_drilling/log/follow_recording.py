@@ -23,11 +23,12 @@ class RecordingFollower:
         namespace, topics: As in `slider_drilling.log.read_log`.
 
     Attributes:
+        path: The file or folder.
         rig_text: The rig file's text, once the recording shows it; None before.
     """
 
     def __init__(self, path: Path, namespace: str | None = None, topics: TopicMap = NO_TOPICS) -> None:
-        self._path, self._namespace = path, namespace
+        self.path, self._namespace = path, namespace
         self._collector = SampleCollector(topics)
         self._files: dict[Path, _FollowedFile] = {}
         self.rig_text: str | None = None
@@ -35,7 +36,7 @@ class RecordingFollower:
     @property
     def being_written(self) -> bool:
         """Whether a program of this machine is writing to it."""
-        return is_being_written(_parts(self._path)[-1])
+        return is_being_written(_parts(self.path)[-1])
 
     @property
     def ended(self) -> bool:
@@ -48,13 +49,13 @@ class RecordingFollower:
         Raises:
             InputError: It cannot be read, or holds two rigs.
         """
-        for part in _parts(self._path):
+        for part in _parts(self.path):
             file = self._files.setdefault(part, _FollowedFile(part))
             if not file.ended:
                 file.read(self._collector)
             self.rig_text = self.rig_text or file.rig_text()
         found = {}
-        for key, samples in self._collector.choose(self._namespace, printable(str(self._path))).items():
+        for key, samples in self._collector.choose(self._namespace, printable(str(self.path))).items():
             if samples.parts:
                 found[key] = samples.track()
         for every in self._collector.samples.values():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Protocol
 
@@ -87,10 +87,13 @@ class RecordingFeed:
     Args:
         follower: Of the recording.
         patient: Whether to wait for more although no program of this machine writes to it.
+        note: Called with a sentence where it ends without being complete.
     """
 
-    def __init__(self, follower: RecordingFollower, patient: bool) -> None:
-        self._follower, self._patient = follower, patient
+    def __init__(
+        self, follower: RecordingFollower, patient: bool, note: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self._follower, self._patient, self._note = follower, patient, note
         self._start_ns: int | None = None
         self._held: list[dict[str, StampedSamples]] = []
         self.ended = False
@@ -105,6 +108,9 @@ class RecordingFeed:
         still = self._follower.ended or not (self._patient or self._follower.being_written)
         found = self._follower.poll()
         self.ended = still and not found
+        if self.ended and not self._follower.ended:
+            ended = "the program that wrote it has ended, or is on another machine; --follow waits for more"
+            self._note(f"{self._follower.path}: breaks off: {ended}")
         if found:
             self._held.append(found)
         if self._start_ns is None and CLOCK in found:

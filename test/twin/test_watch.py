@@ -68,6 +68,26 @@ def test_growing_recording_is_followed_to_its_end(tmp_path, rig):
     assert feed.ended and not any(rest)
 
 
+def test_recording_that_breaks_off_says_so(tmp_path, rig):
+    path, cut, said = tmp_path / "run.mcap", tmp_path / "cut.mcap", []
+    with LogWriter(path, rig_text=dump_rig(rig), recorded_by="test") as writer:
+        _write(writer, 0.0, 5.0)
+        writer.flush()
+        cut.write_bytes(path.read_bytes())
+    for each in (path, cut):
+        feed = RecordingFeed(RecordingFollower(each), patient=False, note=said.append)
+        while not feed.ended:
+            feed.poll()
+    assert len(said) == 1 and said[0].startswith(f"{cut}: breaks off: the program that wrote it has ended")
+
+
+def test_what_a_log_has_lost_is_said(shared_data, tmp_path, capfd):
+    path = tmp_path / "cut.mcap"
+    path.write_bytes((shared_data / "logs" / "nominal_short.mcap").read_bytes()[:300_000])
+    with watch_sources.open_feed(str(path), None, None, None, False, ""):
+        assert "breaks off at byte" in capfd.readouterr().err
+
+
 def _record(second, torque, rpm):
     items = {"0105": "261127", "0106": f"12{second // 60:02d}{second % 60:02d}", "0118": torque, "0120": rpm,
              "0114": 120.0, "0121": 2600.0, "0112": 80.0 - 0.01 * second, "0123": 60, "0717": 35.0}  # fmt: skip

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from slider_drilling.commands.watch import command
 from slider_drilling.commands.watch_output import JsonLines, TableLines
+from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.twin import ChannelState, Detection, Twin, TwinReport
 from slider_drilling.twin.report import Trend
@@ -72,12 +73,12 @@ def test_hook_load_that_is_not_known_has_no_error(twin, channels, capfd):
 
 @pytest.fixture
 def interrupted(monkeypatch, shared_data, tmp_path):
-    """Watches until Ctrl-C with `--save-rig`; returns the file and what was printed."""
+    """Watches until it is stopped with `--save-rig`; returns the file."""
 
-    def interrupt(twin, feed, show, source):
-        raise KeyboardInterrupt
+    def run(learnt, stop=KeyboardInterrupt):
+        def interrupt(twin, feed, show, source):
+            raise stop
 
-    def run(learnt):
         monkeypatch.setattr(importlib.import_module("slider_drilling.twin.watch"), "watch", interrupt)
         monkeypatch.setattr(Twin, "learnt", learnt)
         path = tmp_path / "calibrated.yaml"
@@ -91,6 +92,25 @@ def interrupted(monkeypatch, shared_data, tmp_path):
 
 def test_interrupt_writes_the_calibrated_rig(interrupted):
     assert isinstance(load_rig(interrupted(learnt=True)), Rig)
+
+
+def test_stream_that_cannot_go_on_leaves_the_calibrated_rig(interrupted):
+    assert isinstance(load_rig(interrupted(learnt=True, stop=InputError("its clock was set back"))), Rig)
+
+
+@pytest.mark.parametrize(
+    ("stop", "summaries"), [(KeyboardInterrupt(), 1), (InputError("lost"), 1), (OSError("full"), 0)]
+)
+def test_watch_that_cannot_print_prints_no_summary(stop, summaries, monkeypatch, shared_data):
+    ended = []
+    monkeypatch.setattr(JsonLines, "end", lambda lines: ended.append(lines))
+
+    def interrupt(twin, feed, show, source):
+        raise stop
+
+    monkeypatch.setattr(importlib.import_module("slider_drilling.twin.watch"), "watch", interrupt)
+    result = CliRunner().invoke(command, [str(shared_data / "logs" / "nominal_short.mcap"), "--json", "--no-diagnose"])
+    assert result.exit_code != 0 and len(ended) == summaries
 
 
 def test_interrupt_before_the_rig_is_learnt_writes_nothing(interrupted):
