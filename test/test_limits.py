@@ -39,6 +39,13 @@ def test_impossible_value_is_masked_and_noted(tmp_path: Path, wild: float) -> No
     assert note.endswith("at 0.7 s")
 
 
+@pytest.mark.filterwarnings("error")
+def test_many_infinite_values_are_left_out_without_a_warning(tmp_path: Path) -> None:
+    values = [np.inf if k % 9 == 0 else 4e5 + 1e3 * k for k in range(200)]
+    log = write_hook_load(tmp_path / "run.mcap", values)
+    assert log.draw_works is not None and np.count_nonzero(np.isnan(log.draw_works.effort)) == 23
+
+
 def write_hook_load(path: Path, values: list[float]) -> RigLog:
     with LogWriter(path) as writer:
         for k, value in enumerate(values):

@@ -86,7 +86,7 @@ def _is_of_two_clocks(stamps: NDArray[np.int64]) -> bool:
 
 def _is_interleaved(values: Array) -> bool:
     """Whether single values (n,), in the order of time, jump away and back all along, every so many samples."""
-    value = values[~np.isnan(values)]
+    value = values[np.isfinite(values)]
     if value.size < 3 * _MIN_SAMPLES:
         return False
     step = np.abs(np.diff(value))
