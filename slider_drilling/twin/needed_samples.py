@@ -46,7 +46,7 @@ def nothing_compared(learnt: bool, share: float, needed: float) -> str:
 
 
 class SparseSamples:
-    """Says once of each channel that it comes too seldom for what the twin does with it.
+    """Says once of each channel that it comes too seldom for what the twin does with it, and of a pump that none comes.
 
     Args:
         buffers: Samples by channel.
@@ -71,6 +71,11 @@ class SparseSamples:
                     f"{COMPARED[name].title} is sampled at {rates[name]:.2g} Hz: it shows no change; sample it at "
                     f"{_COMPARED_RATE:g} Hz or faster"
                 )
+        # Topics and items need not come up at once.
+        if end - begin > FIRST_S and not len(self._buffers["pump_speed"]):
+            as_far = ", as far as the pressure agrees" if len(self._buffers["standpipe_pressure"]) else ""
+            assumed = f"the flow is assumed to be the rig file's reference flow{as_far}"
+            said["pump_speed"] = f"the pump is not sent: {assumed}"
         new = tuple(text for name, text in said.items() if name not in self._said)
         self._said |= set(said)
         return new

@@ -1,12 +1,16 @@
 """Values that no such rig has are said once for each channel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slider_drilling.commands.watch_output import JsonLines, TableLines
+from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
 from slider_drilling.twin import Twin, TwinSettings
-from slider_drilling.twin.watch import watch
+from slider_drilling.twin.feed import LogFeed
+from slider_drilling.twin.watch import reports_of, watch
 from slider_drilling.twin.wits_feed import WitsFeed
 from slider_drilling.units import UNITS
 from slider_drilling.wellbore.static_loads import static_loads
@@ -44,6 +48,18 @@ def test_wrong_units_of_a_stream_are_said_once(rig, capfd, lines_of):
     said = [line for line in capfd.readouterr().err.splitlines() if line.startswith("note: ")]
     assert sum("standpipe_pressure is" in line for line in said) == 1
     assert all("psi" in line for line in said if "standpipe_pressure is" in line)
+
+
+@pytest.mark.parametrize("without", [("mud_pump",), ("mud_pump", "standpipe_pressure")])
+def test_pump_that_is_not_sent_is_said_once(shared_data, without):
+    log = replace(read_log(shared_data / "logs" / "nominal_short.mcap"), **dict.fromkeys(without))
+    twin = Twin(log.rig(), TwinSettings(forecast=0.0))
+    for report in reports_of(twin, LogFeed(log)):
+        if report.time > 130.0:
+            break
+    (said,) = [each for each in twin.remarks if "pump" in each]
+    assert said.startswith("the pump is not sent: the flow is assumed to be the rig file's reference flow")
+    assert ("pressure" in said) == (len(without) == 1)
 
 
 def test_right_units_of_a_stream_need_no_remark(rig):
