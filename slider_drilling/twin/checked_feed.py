@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -31,12 +32,19 @@ class CheckedFeed:
         self._newest = -math.inf  # s, of the top drive
         self._ahead = math.inf  # s, stamp that was left out last
         self._back = 0  # pieces in a row whose stamps are all too old
+        self._waiting: deque[Samples] = deque()
         self.ended = False
 
     def poll(self) -> list[Samples]:
-        """See `Feed`. Raises InputError once the clock was set back."""
-        pieces = [self._checked(piece) for piece in self._feed.poll()]
-        self.ended = self._feed.ended
+        """See `Feed`: one piece, so that what comes before a fault is used.
+
+        Raises:
+            InputError: The clock was set back.
+        """
+        if not self._waiting:
+            self._waiting.extend(self._feed.poll())
+        pieces = [self._checked(self._waiting.popleft())] if self._waiting else []
+        self.ended = self._feed.ended and not self._waiting
         return pieces
 
     def _checked(self, piece: Samples) -> Samples:

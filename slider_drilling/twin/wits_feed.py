@@ -67,9 +67,9 @@ class WitsFeed:
             self._records.clear()
             return []
         records, self._records = usable or self._records, []
-        table = wits_table(records, self._source, self._units)
         self._recognise([record for _, record in records])
-        return [self._samples(table)]
+        # Each by itself, in the order in which they came: that shows a clock that is set back.
+        return [self._samples(wits_table([each], self._source, self._units)) for each in records]
 
     def _shows_channels(self, usable: int) -> bool:
         """Whether so many usable records are enough to begin. Raises InputError for a stream without a record."""

@@ -1,5 +1,7 @@
 """Stamps of what comes beside a rig."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from slider_drilling.log.write import LogWriter
 from slider_drilling.rig import dump_rig, load_rig
 from slider_drilling.twin.checked_feed import CheckedFeed
 from slider_drilling.twin.feed import RecordingFeed
+from slider_drilling.twin.wits_feed import WitsFeed
 
 
 class _Pieces:
@@ -47,6 +50,27 @@ def test_so_is_one_among_others_of_a_piece():
 def test_a_pause_of_the_recording_is_no_wrong_stamp():
     assert taken(0.0, 1.0, 1002.0, 1003.0, 1004.0)[0] == [0.0, 1.0, 1003.0, 1004.0]
     assert taken([0.0, 1.0], [1002.0, 1003.0])[0] == [0.0, 1.0, 1002.0, 1003.0]
+
+
+def test_what_comes_before_a_fault_is_passed_on_though_both_come_at_once():
+    pieces = _Pieces([5000.0, 1400.0, 1401.0, 1402.0])
+    at_once = SimpleNamespace(ended=True, poll=lambda: [pieces.poll()[0] for _ in range(4)])
+    feed = CheckedFeed(at_once, "rig", print)
+    assert [feed.poll()[0]["hook_load"][0].tolist() for _ in range(3)] == [[5000.0], [1400.0], [1401.0]]
+    assert not feed.ended
+    with pytest.raises(InputError, match="its clock was set back by 3598 s"):
+        feed.poll()
+
+
+def test_a_stream_of_wits_whose_clock_is_set_back_is_refused(request):
+    """Two runs in one file, which arrive in one block."""
+    run = "".join(f"&&\r\n0105261127\r\n01061200{k:02d}\r\n01185.0\r\n0120-30.0\r\n!!\r\n" for k in range(30))
+    blocks = [(run + run).encode(), b""]
+    rig = load_rig(request.config.rootpath / "config" / "rig.short.yaml")
+    feed = CheckedFeed(WitsFeed(lambda: blocks.pop(0), "standard input", "metric", rig), "standard input", print)
+    with pytest.raises(InputError, match="standard input: its clock was set back by"):
+        while not feed.ended:
+            feed.poll()
 
 
 def test_late_stamps_are_passed_on():
