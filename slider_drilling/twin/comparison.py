@@ -34,7 +34,7 @@ class Comparison:
     def __init__(self, buffers: Mapping[str, SampleBuffer], noise: Mapping[str, float], delay: float) -> None:
         self._buffers, self._delay = buffers, delay
         self.gaps = {name: RunningGap(noise[name]) for name in COMPARED}
-        self._usual: dict[str, deque[float]] = {name: deque(maxlen=_KEPT_GAPS) for name in COMPARED}
+        self._usual: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_KEPT_GAPS) for name in COMPARED}
         self._differences: deque[float] = deque(maxlen=_OFFSET_SAMPLES)
         self._tool_face_until = -math.inf
 
@@ -59,7 +59,7 @@ class Comparison:
         interval = float(grid[1] - grid[0])
         return np.where(away <= _NEAR * interval, np.interp(grid, time, value), np.nan)
 
-    def update(self, history: History, values: Array, now: float, usual: bool) -> None:
+    def update(self, history: History, values: Array, now: float, usual: bool, changed: float) -> None:
         """Take what has come in.
 
         Args:
@@ -67,6 +67,8 @@ class Comparison:
             values: (p,) calibrated values.
             now: s.
             usual: Whether the rig does what it usually does, so that its gaps say what is usual.
+            changed: s, the earliest time of a change that was detected; infinity without one. Gaps since say nothing
+                of what is usual.
         """
         end = now - self._delay
         found = history.window(end - 1.0 + 1e-6, end + 1e-6)
@@ -76,11 +78,12 @@ class Comparison:
                 innovation = self.measured(name, found.time) - found.at(values)[:, row]
                 self.gaps[name].add(end, innovation)
         self._take_tool_faces(history, values, now)
-        if usual:
-            for name in COMPARED:
-                gap = self.gaps[name].over(WINDOWS_S[1], now)
-                if math.isfinite(gap):
-                    self._usual[name].append(gap)
+        for name, gaps in self._usual.items():
+            gap = self.gaps[name].over(WINDOWS_S[1], now) if usual else math.nan
+            if math.isfinite(gap):
+                gaps.append((now, gap))
+            while gaps and gaps[-1][0] > changed:
+                gaps.pop()
 
     def state(self, name: str, expected: float, now: float) -> ChannelState:
         """The state of a channel; expected: its value in the twin now."""
@@ -92,9 +95,9 @@ class Comparison:
         )
 
     def threshold(self, name: str) -> float:
-        """The gap over 60 s that the channel exceeded in 1 % of the time so far; NaN before a minute of it."""
-        usual = self._usual[name]
-        return float(np.quantile(np.array(usual), _QUANTILE)) if len(usual) >= _MIN_GAPS else math.nan
+        """The gap over 60 s that the channel exceeded in 1 % of the time before a change; NaN before a minute of it."""
+        usual = [gap for _, gap in self._usual[name]]
+        return float(np.quantile(usual, _QUANTILE)) if len(usual) >= _MIN_GAPS else math.nan
 
     def _take_tool_faces(self, history: History, values: Array, now: float) -> None:
         time, value = self._buffers["tool_face"].window(self._tool_face_until + 1e-9, now + 1e-9)

@@ -257,9 +257,9 @@ class Twin:
             self.detector = self._new_detector(learner)
             self._diagnoser.checks.follow_from(max(self._motion.started, self._recalibrated))
         now = float(grid[-1])
-        changed = len(self._log.detections) > self._known_changes  # the gap is no longer what is usual
-        usual = learner.learnt and activity.comparable and not changed
-        self._comparison.update(self._history, learner.values, now, usual)
+        changes = self._log.detections[self._known_changes :]
+        changed = min((each.interval[0] for each in changes), default=math.inf)
+        self._comparison.update(self._history, learner.values, now, learner.learnt and activity.comparable, changed)
         self._look_for_changes(activity, now)
         self._diagnoser.update(now)
         self._look_ahead(activity, now)
