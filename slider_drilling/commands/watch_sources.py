@@ -59,7 +59,7 @@ def open_feed(
         return
     log = read_log(path, rig_path, namespace, topics_path)
     for note in log.notes:
-        print_note(f"{log.source}: {note}")
+        print_note(note)
     yield LogFeed(log), log.rig(), True
 
 
