@@ -8,7 +8,7 @@ import math
 from slider_drilling.console.results import results_stream
 from slider_drilling.console.streams import stderr, stdout
 from slider_drilling.process.shutdown import defer_signals
-from slider_drilling.twin import Detection, Twin, TwinReport
+from slider_drilling.twin import Detection, MotorStall, Twin, TwinReport
 from slider_drilling.twin.report import Trend
 from slider_drilling.units import Units
 
@@ -82,6 +82,7 @@ class TableLines:
         self._remarks = Remarks(twin)
         self._next = -math.inf
         self._detections: dict[int, Detection] = {}
+        self._stall: MotorStall | None = None
         self._last: TwinReport | None = None
 
     def show(self, report: TwinReport) -> None:
@@ -96,6 +97,7 @@ class TableLines:
                 self._next = report.time + _EVERY_S
             for detection in report.detections:
                 self._show_detection(detection)
+            self._show_stall(report.stall)
         self._last = report
 
     def end(self) -> None:
@@ -131,6 +133,15 @@ class TableLines:
         cells = (f"{report.time:.0f}", report.state, *gaps, *trends)
         row = "".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
         return f"{row}  {report.note}" if report.note and report.state != "watching" else row
+
+    def _show_stall(self, stall: MotorStall | None) -> None:
+        before, self._stall = self._stall, stall
+        if stall is None or before == stall:
+            return
+        if before is None or before.since != stall.since:
+            self._line(f"MOTOR stalls since {stall.since:.0f} s: {self._units.convert_message(stall.pressures())}")
+        if stall.ended is not None:
+            self._line(f"MOTOR turns again at {stall.ended:.0f} s")
 
     def _show_detection(self, detection: Detection) -> None:
         before = self._detections.get(detection.number)

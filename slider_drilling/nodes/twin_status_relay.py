@@ -15,7 +15,7 @@ TWIN = "twin"
 NOT_COMPARED = "not compared yet: the twin learns the rig"
 """What a twin says of every site before it could see a change."""
 SITES = ("hydraulics", "motor", "bit")  # where washouts, plugged nozzles and stalls show
-EFFECTS = ("washout", "plugged_nozzle", "motor_stall", "motor_wear")
+EFFECTS = ("washout", "plugged_nozzle", "motor_wear")
 OLD_AFTER = 5.0  # s of wall time: five of the twin's periods
 FORGOTTEN_AFTER = 120.0  # s of wall time
 

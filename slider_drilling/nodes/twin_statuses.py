@@ -10,7 +10,7 @@ from slider_drilling.clock_time import time_of_day
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes.twin_status_relay import NOT_COMPARED
 from slider_drilling.plain_names import plain_name
-from slider_drilling.twin import Detection, TwinReport
+from slider_drilling.twin import Detection, MotorStall, TwinReport
 
 _ANSWERS: dict[str | None, str] = {
     "none": "; a diagnosis finds nothing different", "inconclusive": "; a diagnosis allows no conclusion",
@@ -19,6 +19,7 @@ _ANSWERS: dict[str | None, str] = {
 """What is said of a change by the verdict of a diagnosis that names and suspects nothing."""
 # Where effects act, and the hydraulics, where faults of the circulation do.
 SITES = ("contact", "string", "top_drive", "draw_works", "motor", "bit", "hydraulics", "sensor")
+_STALL_SHOWN_S = 60.0  # after a stall
 _BEHIND_S = 10.0  # up to which a twin keeps up: samples may come late
 
 
@@ -52,7 +53,9 @@ def twin_statuses(report: TwinReport | None, start: float, health: TwinHealth) -
     by_site: dict[str, list[Detection]] = {site: [] for site in SITES}
     for detection in report.detections:
         by_site.setdefault(detection.site, []).append(detection)
-    return [_state(report, health), *(_site(site, found, start, report) for site, found in by_site.items())]
+    statuses = [_state(report, health), *(_site(site, found, start, report) for site, found in by_site.items())]
+    stall = report.stall
+    return statuses if stall is None else [_with_stall(each, stall, start, report.time) for each in statuses]
 
 
 def _state(report: TwinReport, health: TwinHealth) -> Status:
@@ -85,6 +88,19 @@ def _site(site: str, found: Iterable[Detection], start: float, report: TwinRepor
     others = len(present) - 1
     more = f"; {others} other change{'' if others == 1 else 's'} there" if others else ""
     return Status(Level.ERROR if worst.effects else Level.WARN, site, describe(worst, start) + more, values)
+
+
+def _with_stall(status: Status, stall: MotorStall, start: float, now: float) -> Status:
+    """The motor's status with a stall before everything else, until some time after it."""
+    if status.name != "motor" or (stall.ended is not None and now - stall.ended > _STALL_SHOWN_S):
+        return status
+    since, pressures = time_of_day(start + stall.since), stall.pressures()
+    said = f"the motor stalls since {since}: {pressures}"
+    if stall.ended is not None:
+        said = f"the motor stalled from {since} to {time_of_day(start + stall.ended)}: {pressures}"
+    other = f"; {status.message}" if status.level > Level.OK else ""
+    values = (("stall_since_s", f"{start + stall.since:.1f}"), *status.values)
+    return Status(max(status.level, Level.WARN), status.name, said + other, values)
 
 
 def _severity(detection: Detection) -> tuple[bool, bool, float, int]:

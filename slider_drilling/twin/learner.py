@@ -61,6 +61,11 @@ class Learner:
         return self.trends.values
 
     @property
+    def pressure_gain(self) -> float:
+        """Circulating pressure over the rig file's, as it was learnt."""
+        return float(self.fixed[[parameter.name for parameter in self._parameters].index("pressure_gain")])
+
+    @property
     def share(self) -> float:
         """Share of the learning that is done, 0 to 1."""
         return 1.0 if self.learnt else min(self._settled / self._needed, 0.99)

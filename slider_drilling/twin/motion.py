@@ -94,7 +94,26 @@ class DriveMotion:
         return reference * np.where(share > _MIN_PUMP, np.where(flow > 0.8, 1.0, flow), 0.0)
 
 
-def add_speed_integral(buffers: Mapping[str, SampleBuffer], position: str, speed: str) -> None:
+class SpeedIntegrals:
+    """Positions of drives that send speeds alone.
+
+    Args:
+        buffers: Samples by channel.
+    """
+
+    def __init__(self, buffers: Mapping[str, SampleBuffer]) -> None:
+        self._buffers = buffers
+        self._integrated: set[str] = set()
+
+    def update(self) -> None:
+        """Add the positions of what has come in."""
+        for position, speed in (("top_drive_angle", "top_drive_speed"), ("block_position", "block_speed")):
+            if position in self._integrated or len(self._buffers[speed]) > len(self._buffers[position]) == 0:
+                _add_speed_integral(self._buffers, position, speed)
+                self._integrated.add(position)
+
+
+def _add_speed_integral(buffers: Mapping[str, SampleBuffer], position: str, speed: str) -> None:
     """Give a channel that only has speeds its positions: the integral since its first sample."""
     speeds, positions = buffers[speed], buffers[position]
     time, value = speeds.window(positions.last, math.inf) if len(positions) else (speeds.time, speeds.value)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from slider_drilling.twin.samples import Array
+from slider_drilling.twin.stall_watch import MotorStall
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,7 @@ class TwinReport:
         trends: Calibrated numbers.
         forecast: The latest.
         detections: All so far, newest last.
+        stall: The last stall of the motor; None without one.
     """
 
     time: float
@@ -138,6 +140,7 @@ class TwinReport:
     trends: Mapping[str, Trend] = field(default_factory=dict)
     forecast: Forecast | None = None
     detections: tuple[Detection, ...] = ()
+    stall: MotorStall | None = None
 
     @property
     def compared(self) -> bool:

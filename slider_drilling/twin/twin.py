@@ -31,12 +31,13 @@ from slider_drilling.twin.history import History
 from slider_drilling.twin.learner import Learner
 from slider_drilling.twin.learning import RecordedBlock
 from slider_drilling.twin.level_remarks import LEVELS_AFTER_S, LeftOut, level_remarks
-from slider_drilling.twin.motion import DriveMotion, add_speed_integral, new_buffers
+from slider_drilling.twin.motion import DriveMotion, SpeedIntegrals, new_buffers
 from slider_drilling.twin.needed_samples import FIRST_S, SparseSamples, nothing_compared
 from slider_drilling.twin.recorded_log import recorded_log
 from slider_drilling.twin.report import Detection, Forecast, TwinReport
 from slider_drilling.twin.samples import Array, noise_and_interval
 from slider_drilling.twin.settings import TwinSettings
+from slider_drilling.twin.stall_watch import StallWatch
 from slider_drilling.twin.tracked import rig_at, tracked_parameters
 from slider_drilling.twin.unlogged_block import BlockFromPressure, BlockSource, rig_moved_by, source_of_block
 from slider_drilling.twin.wander import parameter_wanders
@@ -72,6 +73,7 @@ class Twin:
         self.rig, self.settings = rig, settings
         self._buffers = new_buffers(settings.kept)
         self._motion = DriveMotion(rig, self._buffers, settings.patience)
+        self._integrals = SpeedIntegrals(self._buffers)
         self._parameters = tracked_parameters(rig)
         self._noise = {name: declared_noise(rig, name) for name in COMPARED}
         self._comparison = Comparison(self._buffers, self._noise, settings.patience)
@@ -81,8 +83,7 @@ class Twin:
         self._diagnoser = Diagnoser(
             ask, rig, self._buffers, self._log, replayed, settings.check_every, self._dated, told
         )
-        self._left_out, self._sparse = LeftOut(), SparseSamples(self._buffers)
-        self._integrated: set[str] = set()  # positions that are integrals of speeds
+        self._left_out, self._sparse, self._stall = LeftOut(), SparseSamples(self._buffers), StallWatch(rig)
         self._block_from: BlockSource | None = None  # None before the first second
         self._block: BlockFromPressure | None = None
         self._off_bottom, self._plant_rig = False, rig
@@ -93,8 +94,7 @@ class Twin:
         self._known_changes = 0  # detections when the rig began to be learnt
         self._compared = False  # whether a change could have shown so far
         self._next = math.nan  # s, the first grid time that is not simulated yet
-        self._samples = round(_REPORT_S / settings.interval)
-        self._seconds = 0
+        self._samples, self._seconds = round(_REPORT_S / settings.interval), 0
         self._forecast: Forecast | None = None
         self._skill = ToolFaceSkill()
         self.report: TwinReport | None = None
@@ -235,14 +235,13 @@ class Twin:
         return reports
 
     def _step(self, grid: Array) -> TwinReport:
-        for position, speed in (("top_drive_angle", "top_drive_speed"), ("block_position", "block_speed")):
-            if position in self._integrated or len(self._buffers[speed]) > len(self._buffers[position]) == 0:
-                add_speed_integral(self._buffers, position, speed)
-                self._integrated.add(position)
+        self._integrals.update()
         self._choose_block()
         learner = self._learner = self._learner or self._new_learner(float(grid[0]))
         measured = {name: self._comparison.measured(name, grid) for name in SURFACE}
         commands = self._motion.commands(grid)
+        if learner.learnt:
+            self._stall.update(commands, measured["standpipe_pressure"], learner.pressure_gain)
         if self._block is not None:
             weight = learner.follower.weight_on_bit
             commands = self._block.with_block(commands, measured["standpipe_pressure"], weight)
@@ -251,6 +250,8 @@ class Twin:
         self._history.add(followed, commands)
         if self._motion.missing(grid):
             self._activity.disturb(float(grid[-1]), "samples of the top drive are missing")
+        if self._stall.stalls:
+            self._activity.disturb(float(grid[-1]), "the motor stalls")
         activity = self._activity.update(commands, math.inf if self._off_bottom else learner.follower.mean_weight)
         if learner.take(followed, RecordedBlock(commands, measured, activity.settled, activity.drilling)):
             self._history.clear()
@@ -395,6 +396,5 @@ class Twin:
         }  # fmt: skip
         state = "watching" if learner.learnt and activity.comparable else "operation" if learner.learnt else "learning"
         note = activity.why or ("" if learner.learnt else f"{100.0 * learner.share:.0f} % learnt")
-        return TwinReport(
-            now, state, note, grid, expected, states, learner.trend_table(), self._forecast, self.detections
-        )
+        trends, stall = learner.trend_table(), self._stall.stall
+        return TwinReport(now, state, note, grid, expected, states, trends, self._forecast, self.detections, stall)

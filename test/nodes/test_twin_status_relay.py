@@ -12,7 +12,7 @@ import pytest
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.nodes.twin_status_relay import FORGOTTEN_AFTER, NOT_COMPARED, TwinStatusRelay
 from slider_drilling.nodes.twin_statuses import TwinHealth, twin_statuses
-from slider_drilling.twin import ChannelState, Detection, Trend, TwinReport
+from slider_drilling.twin import ChannelState, Detection, MotorStall, Trend, TwinReport
 from slider_drilling.twin.gap_diagnosis import gap_diagnosis
 
 START = 1.7e9  # s of the rig's clock
@@ -172,11 +172,28 @@ def test_controller_repeats_a_washout(relay: TwinStatusRelay) -> None:
     assert status.message == "the twin says: washout since 22:14:20 UTC: standpipe pressure 3.2 bar lower"
 
 
+def test_stall_is_said_by_the_motor_and_repeated_by_the_controller(relay: TwinStatusRelay) -> None:
+    stalled = replace(report(), stall=MotorStall(100.0, 6.2e6, 6.0e6))
+    statuses = twin_statuses(stalled, START, HEALTH)
+    motor = next(each for each in statuses if each.name == "motor")
+    said = "the motor stalls since 22:15:00 UTC: 62 bar across it, and it stalls at 60 bar"
+    assert (motor.level, motor.message) == (Level.WARN, said)
+    relay.take([replace(each, name=f"twin: {each.name}") for each in statuses])
+    assert relay.statuses()[0].message == f"the twin says: {said}"
+
+
+@pytest.mark.parametrize(("ended", "level"), [(190.0, Level.WARN), (139.0, Level.OK)])
+def test_stall_is_forgotten_a_minute_after_it(ended: float, level: Level) -> None:
+    over = replace(report(), stall=MotorStall(100.0, 6.2e6, 6.0e6, ended))
+    motor = next(each for each in twin_statuses(over, START, HEALTH) if each.name == "motor")
+    assert motor.level is level and motor.message.startswith("the motor stalled from" if level else "no change")
+
+
 def test_other_changes_are_not_repeated(relay: TwinStatusRelay) -> None:
     torque = Detection(**{**vars(PRESSURE), "site": "contact", "channel": "surface_torque", "what": "more torque"})
     relay.take(sent(torque))
     assert relay.statuses()[0].level is Level.OK
-    relay.take(sent(Detection(**{**vars(torque), "suspected": ("motor_stall",)})))
+    relay.take(sent(Detection(**{**vars(torque), "suspected": ("motor_wear",)})))
     assert relay.statuses()[0].level is Level.WARN
     relay.take(sent(torque))
     assert relay.statuses()[0].level is Level.OK
