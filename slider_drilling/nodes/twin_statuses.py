@@ -59,8 +59,12 @@ def twin_statuses(report: TwinReport | None, start: float, health: TwinHealth) -
 
 
 def _state(report: TwinReport, health: TwinHealth) -> Status:
-    values = (("state", report.state), ("behind_s", f"{health.behind:.1f}"), ("restarts", str(health.restarts)),
-              *((f"trend_{name}", f"{one.value:.4g}") for name, one in report.trends.items()))  # fmt: skip
+    trends = [
+        (f"trend_{name}{end}", f"{value:.4g}") for name, one in report.trends.items()
+        for end, value in (("", one.value), ("_low", one.low), ("_high", one.high))
+    ]  # fmt: skip
+    behind, restarts = ("behind_s", f"{health.behind:.1f}"), ("restarts", str(health.restarts))
+    values = (("state", report.state), behind, restarts, *trends)
     message = report.state + (f": {report.note}" if report.note else "")
     if health.behind > _BEHIND_S:
         message += f"; {health.behind:.0f} s behind the rig"

@@ -103,7 +103,8 @@ def test_unknown_site_has_its_own_status() -> None:
 def test_failed_diagnosis_is_said() -> None:
     state = by_name(health=TwinHealth(2.0, 1, False, "no diagnosis: too few samples"))["state"]
     assert (state.level, state.message) == (Level.WARN, "watching; no diagnosis: too few samples")
-    assert dict(state.values)["trend_friction"] == "1.12"
+    values = dict(state.values)
+    assert [values[f"trend_friction{end}"] for end in ("", "_low", "_high")] == ["1.12", "1.05", "1.19"]
     assert [one.message for one in twin_statuses(None, 0.0, HEALTH)] == ["waiting for samples of the drives"]
 
 
