@@ -41,6 +41,11 @@ def test_ramp_begins_within_its_interval(growth):
     assert np.median([abs(date.since - BEGAN) for date in found]) <= 20.0
 
 
+def test_ramp_is_told_from_a_step():
+    ramp = np.clip((TIME - BEGAN) / 220.0, 0.0, 1.0)
+    assert rise_of(_shares(ramp)).gradual and not rise_of(_shares((TIME > BEGAN).astype(float))).gradual
+
+
 def test_step_is_dated_beside_a_slow_wander():
     found = rise_of(_shares(0.3 * np.sin(TIME / 40.0) + (TIME > BEGAN)))
     assert found.begins.since == pytest.approx(BEGAN, abs=5.0)
@@ -124,7 +129,7 @@ def test_pictures_and_remarks_have_the_times_of_the_users_log(slide):
 
 def test_name_that_does_not_rise_is_refused(slide, monkeypatch):
     held = ShareOverTime(*np.ones((3, 1)))
-    flat = Rise(0.0, 0.02, -2.0, ChangeDate(100.0, (50.0, 150.0)), held)
+    flat = Rise(0.0, 0.02, -2.0, ChangeDate(100.0, (50.0, 150.0)), False, held)
     monkeypatch.setattr("slider_drilling.diagnosis.diagnose_change.rise_of_change", lambda *arguments: flat)
     found = _diagnosed(slide, Since(245.0, (200.0, 290.0), True, log_start=60.0), ("torque_sensor_bias",))
     assert found.effects == () and found.suspected == ("torque_sensor_bias",) and not found.change.dated

@@ -37,6 +37,7 @@ class Change:
         since_interval: 95 % interval of ``since``, None if unknown.
         found: Whether ``since`` was found by change detection.
         dated: Whether ``since`` and its interval are what the size of the named change over time shows.
+        gradual: Whether it came on over time, not at once, as its size shows; None where it is not `dated`.
         held: How much of the named change the samples hold over time; None without a name, or where nothing shows it.
         growing: Whether the named change grows from then on until the end of the log; None without a name.
         moved: Calibrated numbers of the rig that changed, by name.
@@ -54,6 +55,7 @@ class Change:
     since_interval: Span | None = None
     found: bool = False
     dated: bool = False
+    gradual: bool | None = None
     held: HeldShare | None = None
     growing: bool | None = None
     moved: Mapping[str, ChangedParameter] = field(default_factory=dict)

@@ -189,11 +189,12 @@ def _changed_string(
 
 def _change(answer: ChangeAnswer, baseline: Baseline, since: Since, rise: Rise | None, begin: float) -> Change:
     """What the answer says of the change; the compared part begins so many s into the log that the user gave."""
-    dated = _dated(rise, since)
-    if dated is not None:
+    dated, gradual = _dated(rise, since), None
+    if rise is not None and dated is not None:
+        gradual = rise.gradual
         since = replace(since, time=dated.since, interval=dated.interval)
     return Change(
-        baseline.sources, begin, since.time, since.interval, since.found, dated is not None,
+        baseline.sources, begin, since.time, since.interval, since.found, dated is not None, gradual,
         _held(rise, since), None if answer.named is None else answer.named.growing, answer.moved, answer.explained,
         answer.interval, baseline.gap, answer.gaps[0], tuple(effect.name for effect in baseline.standing),
         baseline.values,

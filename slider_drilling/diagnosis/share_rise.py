@@ -87,6 +87,7 @@ class Rise:
         before, after: Share at the start and at the end.
         evidence: Twice the logarithm of how much likelier a rise is than one constant share.
         begins: When it begins.
+        gradual: Whether a ramp is likelier than a step.
         shown: The shares by half minutes, with the variance of their wander, too.
     """
 
@@ -94,6 +95,7 @@ class Rise:
     after: float
     evidence: float
     begins: ChangeDate
+    gradual: bool
     shown: ShareOverTime
 
     def shifted(self, later: float) -> Rise:
@@ -153,7 +155,7 @@ def rise_of(shares: ShareOverTime) -> Rise:
     shown = shares.in_groups(_SHOWN_BLOCKS)
     return Rise(
         before, before + height, 2.0 * float(total - without), ChangeDate(since, (low - BLOCK_S, high + BLOCK_S)),
-        replace(shown, variance=shown.variance + size**2),
+        bool(posterior[:, 0].sum() < 0.5), replace(shown, variance=shown.variance + size**2),
     )  # fmt: skip
 
 

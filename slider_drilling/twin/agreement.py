@@ -59,7 +59,7 @@ def _began(change: Mapping[str, Any]) -> Began | None:
     if not change.get("dated"):
         return None
     low, high = change["since_interval"]
-    return Began(change["since"], (low, high), "ramp" if change["growing"] else "step")
+    return Began(change["since"], (low, high), "ramp" if change["growing"] or change["gradual"] else "step")
 
 
 class DiagnosesOfChange:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -89,7 +90,9 @@ class Windows:
         return ""
 
 
-def windows_of_change(interval: tuple[float, float], seen: float, started: float, now: float) -> Windows:
+def windows_of_change(
+    interval: tuple[float, float], seen: float, started: float, now: float, began: float = math.inf
+) -> Windows:
     """What to compare.
 
     Args:
@@ -97,10 +100,12 @@ def windows_of_change(interval: tuple[float, float], seen: float, started: float
         seen: s, when it was seen.
         started: s, of the first samples.
         now: s.
+        began: s, before which samples end in any case that leaves five minutes of them.
     """
     low, high = interval
     end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
     end = max(end, min(low - _MARGIN_S, started + _LEAST_BEFORE_S))
+    end = max(min(end, began - _MARGIN_S), min(end, started + _LEAST_BEFORE_S))
     first = max(min(high, now - _MIN_AFTER_S), low)
     if not Onset(end, first).known:
         first = max(first, now - _LONGEST_AFTER_S)

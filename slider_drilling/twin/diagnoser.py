@@ -202,8 +202,13 @@ class Diagnoser:
         times = self._buffers["top_drive_angle"].time
         started = float(times[0]) if times.size else now
         middle = now - min(RECENT_S, 0.5 * (now - started))
-        interval, seen = ((middle, middle), middle) if detection is None else (detection.interval, detection.detected)
-        return windows_of_change(interval, seen, started, now)
+        if detection is None:
+            return windows_of_change((middle, middle), middle, started, now)
+        if detection.kind != "ramp":
+            return windows_of_change(detection.interval, detection.detected, started, now)
+        # All of what grows is there later than it began: where features see it.
+        shown = self._log.seen(detection.number).interval
+        return windows_of_change(shown, detection.detected, started, now, detection.interval[0])
 
     def _take(self, reply: Reply, now: float) -> None:
         assert self._open is not None
