@@ -41,7 +41,7 @@ def test_ramp_begins_within_its_interval(growth):
     assert np.median([abs(date.since - BEGAN) for date in found]) <= 20.0
 
 
-def test_ramp_is_told_from_a_step():
+def test_ramp_is_distinguished_from_a_step():
     ramp = np.clip((TIME - BEGAN) / 220.0, 0.0, 1.0)
     assert rise_of(_shares(ramp)).gradual and not rise_of(_shares((TIME > BEGAN).astype(float))).gradual
 

@@ -23,7 +23,7 @@ _EDGE = 6  # blocks on either side of the times that are tried
 # s that a change takes to grow to all of it, and the prior of each: steps count as much as all ramps together, one of
 # which goes on to the end.
 _GROWTHS_S = (0.0, *np.geomspace(60.0, 900.0, 9), math.inf)
-_PRIOR = np.array([0.5, *[0.05] * 10])
+_PRIOR = np.array([0.5, *np.full(len(_GROWTHS_S) - 1, 0.5 / (len(_GROWTHS_S) - 1))])
 # Sizes (shares) and memories (s) that a wander may have; every pair is as likely.
 _WANDERS = tuple(itertools.product((0.03, 0.1, 0.2, 0.4, 0.8), (20.0, 60.0, 200.0, 600.0)))
 _SHOWN_BLOCKS = 6  # that make one dot of a picture
@@ -141,7 +141,8 @@ def rise_of(shares: ShareOverTime) -> Rise:
     """How shares rise, by a step or a ramp that begins at any time, beside a wander of any size."""
     begins = np.arange(shares.time[_EDGE], shares.time[-_EDGE], BLOCK_S) - 0.5 * BLOCK_S
     shapes = np.concatenate([_growing(shares.time, begins, growth) for growth in _GROWTHS_S], axis=1)
-    fits = [_regress(shares, size, memory, shapes) for size, memory in _WANDERS]
+    apart, white = np.abs(shares.time[:, None] - shares.time), np.diag(shares.variance)
+    fits = [_regress(shares.share, size**2 * np.exp(-apart / memory) + white, shapes) for size, memory in _WANDERS]
     likelihood = np.array([each.likelihood for each in fits]).reshape(len(fits), len(_GROWTHS_S), begins.size)
     likelihood += np.log(_PRIOR / begins.size)[:, None]
     total = logsumexp(likelihood)
@@ -167,13 +168,12 @@ def _growing(time: Array, begins: Array, growth: float) -> Array:
     return np.clip(since / np.minimum(growth, since[-1]), 0.0, 1.0)
 
 
-def _regress(shares: ShareOverTime, size: float, memory: float, shapes: Array) -> _Regression:
-    """Generalised least squares on a constant and each of the shapes (n, m), for errors that wander so."""
-    apart = np.abs(shares.time[:, None] - shares.time)
-    factor = cholesky(size**2 * np.exp(-apart / memory) + np.diag(shares.variance), lower=True)
-    columns = np.column_stack([np.ones_like(shares.share), shares.share, shapes])
-    one, *others = solve_triangular(factor, columns, lower=True).T
-    share, *rows = others
+def _regress(shares: Array, covariance: Array, shapes: Array) -> _Regression:
+    """Generalised least squares of shares (n,) with errors of this covariance (n, n) on a constant and each of the
+    shapes (n, m)."""
+    factor = cholesky(covariance, lower=True)
+    columns = np.column_stack([np.ones_like(shares), shares, shapes])
+    one, share, *rows = solve_triangular(factor, columns, lower=True).T
     shape, constant = np.array(rows), one @ one
     mean, overlap = share @ one / constant, shape @ one / constant
     share, shape = share - mean * one, shape - overlap[:, None] * one
@@ -186,7 +186,6 @@ def _regress(shares: ShareOverTime, size: float, memory: float, shapes: Array) -
 
 
 def _quantiles(begins: Array, posterior: Array) -> tuple[float, float, float]:
-    """Lower end, middle and upper end (95 %) of a posterior (n,) of times (n,), s."""
-    share = posterior / np.sum(posterior)
-    low, middle, high = np.interp((0.025, 0.5, 0.975), np.cumsum(share) - 0.5 * share, begins)
+    """Lower end, middle and upper end (95 %) of a posterior (n,), whose sum is 1, of times (n,), s."""
+    low, middle, high = np.interp((0.025, 0.5, 0.975), np.cumsum(posterior) - 0.5 * posterior, begins)
     return float(low), float(middle), float(high)

@@ -26,8 +26,8 @@ _LIFTED_M, _BLOCK_S = 0.05, 15  # by which a block picks up, m, and s over which
 OFF_BOTTOM = "off bottom"
 """Mode in which circulation alone is compared."""
 _IDLE = {"hardly loaded": "the bit is hardly loaded", OFF_BOTTOM: "off bottom", "pump off": "pump off"}
-_BEGUN = {"rocking": "rocking has just begun", "parked": "the drive has just parked",
-          "turning": "turning has just begun"}  # fmt: skip
+_NEW_WORK = {"rocking": "rocking has just begun", "parked": "the drive has just parked",
+             "turning": "turning has just begun"}  # fmt: skip
 _CIRCULATING_WINDOW_S, _CIRCULATING_AFTER_S = 8.0, 7.0  # of circulation alone, and after what came before it
 _MOVED_M = 0.002  # in a second, by which the block moves: a bit off bottom may touch it any time
 _TOUCHED_S = 15.0  # before the plant's bit touches bottom, in which the rig's may have done so already
@@ -150,7 +150,7 @@ class ActivityMonitor:
         mode = self._present_mode(drive, now)
         ended = self._mode == OFF_BOTTOM != mode
         if mode != self._mode:
-            self.disturb(now, (_IDLE | _BEGUN)[mode])
+            self.disturb(now, (_IDLE | _NEW_WORK)[mode])
             if mode in ("parked", "turning"):
                 self._valid_until = drive.moved_at if mode == "parked" else drive.turned_since
             elif ended and mode != "pump off":

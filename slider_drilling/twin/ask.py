@@ -103,9 +103,8 @@ def windows_of_change(
         began: s, before which samples end in any case that leaves five minutes of them.
     """
     low, high = interval
-    end = low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low))
+    end = min(low - max(_MARGIN_S, _MARGIN_SHARE * (seen - low)), began - _MARGIN_S)
     end = max(end, min(low - _MARGIN_S, started + _LEAST_BEFORE_S))
-    end = max(min(end, began - _MARGIN_S), min(end, started + _LEAST_BEFORE_S))
     first = max(min(high, now - _MIN_AFTER_S), low)
     if not Onset(end, first).known:
         first = max(first, now - _LONGEST_AFTER_S)
